@@ -10,6 +10,7 @@
 //! ```
 
 kernels! {
+    sss_index,
     sss_initial,
     sss_merge,
     sss_recall,

@@ -21,16 +21,17 @@ pub(super) const KNOWN: Known = Known {
 };
 
 /// Every shift, sharing alone and with time, and the hybrid whose profile part reuses.
-const CELLS: [&str; 5] = [
+const CELLS: [&str; 6] = [
     "shift=reconnection,temporal=off",
     "shift=delayed,spatial=0",
     "shift=hybrid",
     "shift=hybrid,feedback=off,mis=pairwise-defensive",
+    "shift=sequential,spatial=2,neighbours=4",
     "shift=hybrid,traced=single",
 ];
 
 /// Every shift, kind of light and of surface.
-const ROWS: [Row; 9] = [
+const ROWS: [Row; 10] = [
     row("hybrid", "slab", 3, ""),
     row("reconnection, lights in wax, milk", "candles", 3, "shift=reconnection,spatial=2"),
     row("delayed, lights in wax, milk", "candles", 2, "shift=delayed,feedback=off,max_depth=6"),
@@ -39,5 +40,6 @@ const ROWS: [Row; 9] = [
     row("one crossing, published support", "slab", 2, "crossings=one,support=published,segments=2,shading=selected"),
     row("signed profiles", "slab", 2, "traced=single,profile=searchlight,radius_channel=albedo"),
     row("clamped profiles", "candles", 2, "traced=single,profile=clamped,mis=pairwise-counted-defensive"),
+    row("sequential", "candles", 3, "shift=sequential,spatial=2,neighbours=3"),
     row("no bodies", "cornell", 2, ""),
 ];

@@ -102,10 +102,11 @@ crate::choices! {
 /// The planes of paths at entries and beside them, and the turns of a sample.
 pub(super) struct Hybrid {
     pub(super) entries: BufferId,
-    pub(super) exits: BufferId,
+    /// If paths go on from entries.
+    pub(super) exits: Option<BufferId>,
     settings: PathSettings,
     /// Another technique finds what profiles hold.
-    pub(super) is_shared: bool,
+    is_shared: bool,
     /// The turns to come, of the sample in work.
     pending: Option<(HybridParams, BufferId, &'static [&'static KernelDesc])>,
 }
@@ -114,14 +115,21 @@ pub(super) struct Hybrid {
 const TURNS: [&KernelDesc; 3] = [&path_entry::DESC, &path_profile::DESC, &path_exits::DESC];
 
 impl Hybrid {
-    pub(super) fn new(buffers: &mut Vec<Buffer>, [width, height]: [u32; 2], settings: &PathSettings) -> Self {
+    /// The planes of an image; with `is_shared` another technique finds what profiles hold.
+    pub(super) fn new(
+        buffers: &mut Vec<Buffer>,
+        [width, height]: [u32; 2],
+        settings: &PathSettings,
+        is_shared: bool,
+    ) -> Self {
         let mut plane = |name, bytes: usize| {
             buffers.push(Buffer { name, words: width as usize * height as usize * bytes / 4, contents: None });
             buffers.len() - 1
         };
         let entries = plane("entries", size_of::<PackedEntry>());
-        let exits = plane("exits", size_of::<PackedExit>());
-        Self { entries, exits, settings: settings.clone(), is_shared: false, pending: None }
+        let mut hybrid = Self { entries, exits: None, settings: settings.clone(), is_shared, pending: None };
+        hybrid.exits = (hybrid.turns().len() > 1).then(|| plane("exits", size_of::<PackedExit>()));
+        hybrid
     }
 
     /// What the settings are in the parameters.

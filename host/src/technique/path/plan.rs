@@ -89,12 +89,16 @@ pub(super) struct Paths {
 
 impl Paths {
     pub(super) fn new(settings: &PathSettings, stage: &Stage) -> Self {
+        Self::of(settings, stage, false)
+    }
+
+    fn of(settings: &PathSettings, stage: &Stage, profiles_elsewhere: bool) -> Self {
         let mut buffers = stage.arenas.to_vec();
         let subsurface = settings.subsurface(stage.features);
         let scatters = subsurface != Subsurface::Off;
         let media = (subsurface == Subsurface::Walk).then(|| Media::new(&mut buffers, stage.size, settings));
         let hybrid = scatters && media.is_none();
-        let hybrid = hybrid.then(|| Hybrid::new(&mut buffers, stage.size, settings));
+        let hybrid = hybrid.then(|| Hybrid::new(&mut buffers, stage.size, settings, profiles_elsewhere));
         let largest_of = |dispatches| {
             if scatters { 0 } else { block_log2(settings, stage.size, &Limits::of(dispatches, settings.max_depth)) }
         };
@@ -120,11 +124,7 @@ impl Paths {
 
     /// The same for another technique, which finds what profiles hold where paths enter bodies: the plane `entries`.
     pub(super) fn without_profiles(settings: &PathSettings, stage: &Stage) -> Self {
-        let mut paths = Self::new(settings, stage);
-        if let Some(hybrid) = &mut paths.hybrid {
-            hybrid.is_shared = true;
-        }
-        paths
+        Self::of(settings, stage, true)
     }
 
     fn flags(&self) -> PathFlags {
@@ -194,9 +194,10 @@ impl Paths {
     fn turn(&mut self) -> Option<Result<Pass, Error>> {
         let (kernel, params, film) = self.hybrid.as_mut()?.next()?;
         let (hybrid, (frame, _)) = (self.hybrid.as_ref()?, self.frame.as_ref()?);
-        let planes = [("entries", hybrid.entries), ("exits", hybrid.exits), ("film", film)];
+        let planes = [("entries", Some(hybrid.entries)), ("exits", hybrid.exits), ("film", Some(film))];
         let known = |name: &str| kernel.bindings.iter().any(|binding| binding.name == name);
-        let planes: Vec<_> = planes.into_iter().filter(|(name, _)| known(name)).collect();
+        let planes = planes.into_iter().filter(|(name, _)| known(name));
+        let planes: Vec<_> = planes.filter_map(|(name, plane)| Some((name, plane?))).collect();
         let bound = [ARENAS.as_slice(), &planes].concat();
         Some(Pass::new(kernel, &self.constants(frame), &params, &bound))
     }

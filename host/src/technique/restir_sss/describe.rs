@@ -3,11 +3,11 @@
 use crate::technique::reuse::explain::Genealogy;
 use crate::technique::reuse::offers::{self, Mutually};
 use crate::technique::reuse::{
-    Before, Counts, Followed, Generation, Kernel, Layers, Lineage, Offered, Origin, Replay, Reused, mutual,
+    Before, Counts, Followed, Generation, Kernel, Layers, Lineage, Offered, Origin, Replay, Reuse, Reused, mutual, reuse_of,
 };
 use crate::{Error, image::Channel, replay::TwoFrames};
 use restir_kernels::path::path_entry;
-use restir_kernels::restir_sss::{sss_initial, sss_merge, sss_recall, sss_shift};
+use restir_kernels::restir_sss::{sss_index, sss_initial, sss_merge, sss_recall, sss_shift};
 use restir_kernels::reuse::{reuse_pair, reuse_reproject};
 use restir_shared::resample::mutual::{Shift, Shifted};
 use restir_shared::scene::Frames;
@@ -27,6 +27,7 @@ impl Reused for PackedSubsurface {
         Kernel { desc: &sss_initial::DESC, records: Some("reservoirs"), others: &["origins"] },
         Kernel { desc: &path_entry::DESC, records: None, others: &["entries"] },
         Kernel { desc: &sss_recall::DESC, records: Some("reservoirs"), others: &[] },
+        Kernel { desc: &sss_index::DESC, records: Some("reservoirs"), others: &[] },
         Kernel { desc: &reuse_reproject::DESC, records: None, others: &["requests"] },
         Kernel { desc: &reuse_pair::DESC, records: None, others: &["requests"] },
         Kernel { desc: &sss_shift::DESC, records: None, others: &["results"] },
@@ -48,6 +49,10 @@ impl Reused for PackedSubsurface {
         self.confidence()
     }
 
+    fn reuse(pass: &Followed<Self>) -> Reuse {
+        if pass.is(&sss_index::DESC) { Reuse::Readied } else { reuse_of(pass) }
+    }
+
     fn replay(pass: &Followed<Self>) -> Result<Replay<'_, Self>, Error> {
         let (p, frames) = (&pass.params, &*pass.frames);
         if pass.is_initial() {
@@ -61,9 +66,15 @@ impl Reused for PackedSubsurface {
             return mutual::replay(pass);
         }
         let (samples, made_by) = (pass.read::<Self>("reservoirs")?, pass.maker("reservoirs")?);
+        let of_last_frame = pass.is(&sss_recall::DESC);
+        let origins = pass.read_if::<SssOrigin>(!of_last_frame, "origins")?;
         Ok(Box::new(move |pixel| {
-            let record = sss::recall(&frames, samples[pixel as usize]);
-            (record, Origin::Record { made_by, pixel, is_other: false, of_last_frame: true })
+            let (at, sample) = (pixel as usize, samples[pixel as usize]);
+            let record = match origins.get(at) {
+                Some(origin) => sss::index(&frames.scene(false), p, origin, sample, pass.position(pixel)),
+                None => sss::recall(&frames, sample),
+            };
+            (record, Origin::Record { made_by, pixel, is_other: false, of_last_frame })
         }))
     }
 

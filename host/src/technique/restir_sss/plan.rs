@@ -1,6 +1,6 @@
 //! The passes of ReSTIR SSS.
 
-use super::{Shading, SssSettings};
+use super::{Shading, Shift, SssSettings};
 use crate::Error;
 use crate::plan::{Buffer, BufferId, Pass};
 use crate::technique::Technique;
@@ -89,12 +89,22 @@ impl Passes for SssPasses {
     }
 
     fn reuse_in_space(&self, queue: &mut Queue, now: &Frame, pass: u32, merged: BufferId) {
-        let params = self.params(now);
+        let (mut params, records) = (self.params(now), queue.work());
         let is_last = pass + 1 == self.settings.spatial;
+        let is_other = is_last && self.settings.shift == Shift::Sequential;
+        if is_other {
+            params = params.with_flags(Flags::DELAYED);
+            queue.push(now, &sss::sss_index::DESC, &params, &[("reservoirs", records)]);
+        }
         let sums = if is_last && self.sums() && self.together.is_none() { Flags::SUMS } else { Flags::default() };
         self.mutual.in_space(queue, now, &params.with_flags(sums), pass, merged);
         if let Some(together) = self.together.filter(|_| is_last && now.adds) {
             self.mutual.sum(queue, now, &params, pass, together);
+        }
+        // the next frame reconnects what it reuses
+        let history = if self.settings.feedback { merged } else { records };
+        if is_other && (self.settings.feedback || pass == 0) {
+            queue.push(now, &sss::sss_index::DESC, &self.params(now), &[("reservoirs", history)]);
         }
     }
 
@@ -147,5 +157,56 @@ impl SssSettings {
         };
         let Self { lambert_below, reconnected_beyond, segments, max_depth, .. } = *self;
         SssParams { reuse, profile: self.profile_flags(), lambert_below, reconnected_beyond, segments, max_depth }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::buffers::SceneBuffers;
+    use crate::render::Render;
+    use crate::settings::Choice;
+    use crate::technique::restir_sss::Traced;
+    use crate::technique::reuse::unused;
+
+    fn builtin(name: &str) -> SceneBuffers {
+        SceneBuffers::build(&crate::scene::builtin::scene(name).expect("built in")).expect("builds")
+    }
+
+    /// Counts are right, every pass fits its buffers, so that it writes none that it reads, and every buffer is used: with all settings that
+    /// decide on passes and planes.
+    #[test]
+    fn no_combination_of_settings_is_without_a_plan() {
+        let scene = builtin("slab");
+        for (shift, spatial, bits) in Shift::ALL
+            .iter()
+            .flat_map(|shift| (0..4).flat_map(move |spatial| (0..16_u32).map(move |bits| (*shift, spatial, bits))))
+        {
+            let on = |bit: u32| bits >> bit & 1 == 1;
+            let settings = SssSettings {
+                shift,
+                spatial,
+                temporal: on(0),
+                feedback: on(1),
+                shading: if on(2) { Shading::All } else { Shading::Selected },
+                traced: if on(3) { Traced::Single } else { Traced::Nothing },
+                ..SssSettings::default()
+            };
+            for (count, accumulate) in [(1, false), (4, false), (4, true)] {
+                let render = Render { count, accumulate, ..Render::new([8, 6], settings.clone()) };
+                assert!(unused(render.plan(&scene)).is_empty(), "{render:?}");
+            }
+        }
+    }
+
+    /// Where nothing scatters light inside there are the buffers and passes of path tracing alone.
+    #[test]
+    fn a_scene_without_bodies_costs_nothing() {
+        let render = Render { count: 5, ..Render::new([8, 6], SssSettings::default()) };
+        let scene = builtin("cornell");
+        let plan = render.plan(&scene);
+        assert!(plan.buffers.iter().all(|buffer| !["reservoirs", "entries", "origins"].contains(&buffer.name)));
+        let kernels: Vec<_> = plan.passes.map(|pass| pass.expect("made").kernel.name).collect();
+        assert!(kernels.iter().all(|name| ["path", "film_add", "film_resolve"].contains(name)), "{kernels:?}");
     }
 }

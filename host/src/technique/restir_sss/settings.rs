@@ -26,6 +26,8 @@ choices! {
         "delayed" => Delayed,
         /// The point stays where the profile is smooth, and is found anew where it is not.
         "hybrid" => Hybrid,
+        /// The point stays, but in the last spatial pass of a frame it is found anew; in between, each pixel finds random numbers for its point.
+        "sequential" => Sequential,
     }
 }
 
@@ -105,6 +107,7 @@ settings! {
         "hybrid" => Self::default(),
         "reconnection" => Self { shift: Shift::Reconnection, ..Self::default() },
         "delayed" => Self { shift: Shift::Delayed, ..Self::default() },
+        "sequential" => Self { shift: Shift::Sequential, spatial: 2, neighbours: 4, ..Self::default() },
         "pathtracing" => Self { temporal: false, spatial: 0, ..Self::default() },
         "published" => Self { mis: Form::Counted, feedback: true, shading: Shading::Selected, tile: 32, support: SupportChoice::Published, reconnected_beyond: 1.0e6, ..Self::default() },
     }
@@ -140,12 +143,12 @@ impl SssSettings {
         }
     }
 
-    /// The kernels' flags of all passes.
+    /// The kernels' flags of all passes, but for the last spatial one of the sequential shift.
     pub(super) fn flags(&self) -> Flags {
         let all = [
             (self.jitter, Flags::JITTER),
             (self.sampler == Sampler::Sobol, Flags::SOBOL),
-            (self.shift != Shift::Reconnection, Flags::DELAYED),
+            (matches!(self.shift, Shift::Delayed | Shift::Hybrid), Flags::DELAYED),
             (self.shift == Shift::Hybrid, Flags::BY_CRITERION),
         ];
         all.into_iter().filter(|(is_on, _)| *is_on).fold(Flags::default(), |flags, (_, flag)| flags | flag)

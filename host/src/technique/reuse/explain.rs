@@ -106,6 +106,7 @@ fn what<R: Reused>(reuse: Reuse) -> String {
     match reuse {
         Reuse::Initial => R::INITIAL.to_owned(),
         Reuse::Recalled => "in the scene as it is now".to_owned(),
+        Reuse::Readied => "ready for another shift".to_owned(),
         Reuse::Temporal => "temporal reuse".to_owned(),
         Reuse::Fused => "fused reuse".to_owned(),
         Reuse::Spatial(pass) => format!("spatial reuse {pass}"),

@@ -43,6 +43,7 @@ pub use lineage::Origin;
 pub(crate) use lineage::{Followed, Kernel, Lineage};
 pub use offers::{Counts, Offered};
 pub use record::Reuse;
+pub(crate) use record::reuse_of;
 pub(crate) use record::{Before, PassParams, Replay, Reused, Specialises};
 
 /// Of a plan: passes are as many as was said, and fit its buffers. The names of those that none uses.

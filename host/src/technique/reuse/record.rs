@@ -16,6 +16,8 @@ pub enum Reuse {
     Initial,
     /// Brings the last frame's records into a scene that has changed since.
     Recalled,
+    /// Makes records ready for a pass of another shift.
+    Readied,
     /// Merges with the last frame's records.
     Temporal,
     /// Merges with the last frame's record and its neighbours.
@@ -83,12 +85,7 @@ pub trait Reused: Pod + PartialEq + Debug + Send + Sync {
 
     /// What a pass does that leaves records.
     fn reuse(pass: &Followed<Self>) -> Reuse {
-        match (pass.is_initial(), pass.leaves_merged(), pass.crosses()) {
-            (true, ..) => Reuse::Initial,
-            (_, false, _) => Reuse::Recalled,
-            (.., true) => Reuse::Temporal,
-            _ => Reuse::Spatial(pass.params.merge),
-        }
+        reuse_of(pass)
     }
 
     /// How a pass that leaves records is replayed.
@@ -141,4 +138,14 @@ pub trait Reused: Pod + PartialEq + Debug + Send + Sync {
 
     /// Layers as channels of an EXR file.
     fn channels(layers: &Layers<Self>) -> Vec<Channel>;
+}
+
+/// What a pass does whose kernel says no more of it.
+pub(crate) fn reuse_of<R: Reused>(pass: &Followed<R>) -> Reuse {
+    match (pass.is_initial(), pass.leaves_merged(), pass.crosses()) {
+        (true, ..) => Reuse::Initial,
+        (_, false, _) => Reuse::Recalled,
+        (.., true) => Reuse::Temporal,
+        _ => Reuse::Spatial(pass.params.merge),
+    }
 }

@@ -12,6 +12,7 @@
 //! |---|---|---|---|
 //! | reconnection | x2 | 1 | none; a shadow ray where the scene has changed |
 //! | delayed reconnection | the point that the random numbers of x2's segment find around y1 | p(x2) / p(y2), densities of all axes and channels | a probe and a shadow ray |
+//! | sequential | reconnection in one pass, delayed reconnection in the next; in between, [`index`] finds random numbers for points, and points for numbers | | a probe a pixel |
 //! | hybrid | the former where the profile is smooth ([`is_connectable`]), else the latter | | |
 //!
 //! Over addresses a light moves with a Jacobian of 1, and so does a point that stays: the published form over solid angles has the factors
@@ -26,6 +27,7 @@
 //! | [`mutual::reproject`], [`mutual::pair`] | origins, surfaces | requests: whose sample is to be shifted where |
 //! | [`mutual::answer`] | requests, origins, reservoirs | results |
 //! | [`mutual::merge`] | reservoirs, requests, results | reservoirs: one of a pixel's own and others' |
+//! | [`index`] | origins | reservoirs, in place, before and after a pass of the other shift |
 //! | [`mutual::shade`] | reservoirs, direct | radiance |
 //!
 //! [`mutual`]: crate::resample::mutual
@@ -35,10 +37,11 @@
 //! [`mutual::merge`]: crate::resample::mutual::merge
 //! [`mutual::shade`]: crate::resample::mutual::shade
 //!
-//! Of random numbers stream 0 is that of `path` ([`initial`] has the same points and lights as `path` with diffusion), stream 2 chooses among candidates,
+//! Of random numbers stream 0 is that of `path` ([`initial`] has the same points and lights as `path` with diffusion), stream 1 that of [`index`], stream 2 chooses among candidates,
 //! streams 3 and 4 are those of [`mutual`].
 
 mod evaluate;
+mod index;
 mod initial;
 mod origin;
 mod params;
@@ -46,6 +49,7 @@ mod recall;
 mod record;
 mod shift;
 
+pub use index::index;
 pub use initial::{Initial, initial};
 pub use origin::{SssOrigin, is_connectable};
 pub use params::SssParams;
@@ -54,5 +58,7 @@ pub use record::{Kind, PackedSubsurface, Sample, Stored};
 
 use crate::rng;
 
+/// Where the stream of numbers begins that stand for points: a dimension for each merge.
+const NUMBERS: u32 = rng::stream(1);
 /// Where the stream of the selections begins: a dimension for each point of each segment.
 const SELECTIONS: u32 = rng::stream(2);

@@ -75,6 +75,13 @@ impl Sample {
 }
 
 impl Sample {
+    /// The numbers as a plane has them.
+    #[inline(always)]
+    pub(super) fn stored_numbers(numbers: &DiskNumbers) -> DiskNumbers {
+        let stored = |x: f32| unit_from_24(floor_24(x));
+        DiskNumbers { radius: stored(numbers.radius), turn: stored(numbers.turn), ..*numbers }
+    }
+
     /// The key of the segment that finds the point, in a scene of these features: a function of what is stored, so that replay meets what was
     /// met.
     #[inline(always)]
