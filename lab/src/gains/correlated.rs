@@ -11,7 +11,7 @@ use restir_host::technique::reuse::render_with_layers;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::restir_pt::PackedPath;
 
-use super::{FRAMES, chain};
+use super::{FRAMES, study};
 
 /// Settings of the chains.
 const SETTINGS: [&str; 6] = ["", "tile=4", "spatial=0", "temporal=off", "feedback=on", "preset=published"];
@@ -51,7 +51,7 @@ impl Correlated {
         let mut sum = Self { settings, over_pixels: 0.0, over_time: 0.0, inflation: 0.0, copied: 0.0 };
         for seed in 0..CHAINS {
             let frames = match settings {
-                Some(text) => frames(scene, &Render { seed, ..chain(size, text)? })?,
+                Some(text) => frames(scene, &Render { seed, ..study::PATHS.chain(size, text)? })?,
                 None => samples(scene, size, seed)?,
             };
             let frames: Vec<Image> = frames.iter().map(|frame| limited(frame, truth)).collect();
@@ -61,7 +61,7 @@ impl Correlated {
             sum.inflation += errors.variance_inflation(FRAMES as usize) / f64::from(CHAINS);
         }
         if let Some(text) = settings {
-            let chain = chain(size, text)?;
+            let chain = study::PATHS.chain(size, text)?;
             let layered = render_with_layers::<PackedPath>(&mut CpuExecutor::inline(), scene, &chain, &mut |_| Ok(()))?;
             sum.copied = layered.layers.copied();
         }

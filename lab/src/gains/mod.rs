@@ -1,9 +1,10 @@
-//! `cargo lab gains`: what ReSTIR PT gains over path tracing in equal time and with equal rays, with each option off, what the errors of its
-//! frames have in common, and the report of it.
+//! `cargo lab gains`: what ReSTIR PT and ReSTIR SSS gain over path tracing in equal time and with equal rays, with each option off, what the errors of
+//! frames have in common, and the reports of it.
 
 mod correlated;
 mod moving;
 mod report;
+mod study;
 
 use std::time::Instant;
 
@@ -14,14 +15,12 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::image::Image;
 use restir_host::render::Render;
-use restir_host::scene::{CameraPath, Scene};
+use restir_host::scene::CameraPath;
 use restir_host::technique::asked::asked_after;
-use restir_host::technique::path::PathSettings;
-use restir_host::technique::restir_pt::PtSettings;
-use restir_tests::technique::configure_by;
 
 use crate::{Error, report::publish, time::thread_seconds};
 use correlated::Correlated;
+use study::{Pictured, Study};
 
 /// Frames of a chain.
 const FRAMES: u32 = 16;
@@ -31,33 +30,6 @@ const SETTLED: u32 = 4;
 const SAMPLES: [u32; 4] = [1, 4, 16, 64];
 /// Chains whose time is taken; the median counts.
 const TIMED: u32 = 3;
-/// What is seen: the name of a scene, and whether the camera orbits.
-const VIEWS: [(&str, bool); 4] = [("ajar", false), ("tower", false), ("cornell", false), ("cornell", true)];
-/// Settings, and whether their mean over all frames is looked at, and not the last frame.
-const SETTINGS: [(&str, bool); 21] = [
-    ("", false),
-    ("still=off", false),
-    ("neighbours=8", false),
-    ("neighbours=2", false),
-    ("tile=4", false),
-    ("shift=hybrid", false),
-    ("shift=reconnection", false),
-    ("shift=replay", false),
-    ("replays=0", false),
-    ("mis=pairwise-defensive", false),
-    ("confidence_cap=5", false),
-    ("spatial=0", false),
-    ("temporal=off", false),
-    ("temporal=off,spatial=0", false),
-    ("feedback=on", false),
-    ("preset=published", false),
-    ("direct=restir-di", false),
-    ("temporal=off,spatial=0", true),
-    ("preset=progressive", true),
-    ("preset=progressive,neighbours=8", true),
-    ("preset=progressive,neighbours=2", true),
-];
-
 /// Options of `cargo lab gains`.
 #[derive(Args)]
 pub struct Options {
@@ -70,7 +42,10 @@ pub struct Options {
     /// Print what is measured where things move, and nothing else.
     #[arg(long, conflicts_with = "write")]
     moving: bool,
-    /// Replace docs/restir-pt-gains.md.
+    /// Measure ReSTIR SSS, and not ReSTIR PT.
+    #[arg(long, conflicts_with = "moving")]
+    subsurface: bool,
+    /// Replace docs/restir-pt-gains.md, or docs/restir-sss-gains.md.
     #[arg(long)]
     write: bool,
 }
@@ -86,17 +61,15 @@ pub fn run(options: &Options) -> Result<(), Error> {
         println!("{}", report::where_things_move(&moving::measured(options.images, size)?));
         return Ok(());
     }
-    let measured = VIEWS.par_iter().map(|&(scene, orbits)| {
-        let view = View::measured(options, scene, orbits);
-        eprintln!("{:4.0} s  {scene}, orbits: {orbits}", start.elapsed().as_secs_f64());
+    let study = if options.subsurface { &study::SUBSURFACE } else { &study::PATHS };
+    let measured = study.views.par_iter().map(|pictured| {
+        let view = View::measured(options, study, pictured);
+        eprintln!("{:4.0} s  {}", start.elapsed().as_secs_f64(), pictured.name());
         view
     });
     let views = measured.collect::<Result<Vec<_>, _>>()?;
-    publish(
-        "restir-pt-gains",
-        &report::markdown(options, &views, &moving::measured(options.images, size)?),
-        options.write,
-    )
+    let moving = if options.subsurface { Vec::new() } else { moving::measured(options.images, size)? };
+    publish(study.report, &report::markdown(options, study, &views, &moving), options.write)
 }
 
 /// What a sample or a frame costs, once there is a history.
@@ -122,23 +95,24 @@ struct View {
     /// relMSE of path tracing with each of [`SAMPLES`].
     path: Vec<Estimate>,
     sample: Cost,
-    /// Of each of [`SETTINGS`].
+    /// Of each of the study's settings.
     rows: Vec<Row>,
     /// Of views that stand still.
     correlated: Vec<Correlated>,
 }
 
 impl View {
-    fn measured(options: &Options, scene: &str, orbits: bool) -> Result<Self, restir_host::Error> {
+    fn measured(options: &Options, study: &Study, pictured: &Pictured) -> Result<Self, restir_host::Error> {
         let size = [options.width, options.width * 3 / 4];
-        let name = if orbits { format!("{scene}, from an orbit") } else { scene.to_owned() };
-        let scene = Scene::load(scene)?;
+        let scene = pictured.scene()?;
         let buffers = SceneBuffers::build(&scene)?;
-        let cameras = if orbits { CameraPath::Orbit.cameras(buffers.camera, FRAMES)? } else { Vec::new() };
+        let orbit = || CameraPath::Orbit.cameras(buffers.camera, FRAMES);
+        let cameras = if pictured.orbits { orbit()? } else { Vec::new() };
         let subject = Subject::new(&scene, buffers, cameras, FRAMES)?;
         let whole = [Window { whole: size, size, margin: 0, middle: [0.0; 2] }];
-        let path = SAMPLES.map(|count| Ok(Render { count, ..path_tracing(size) }));
-        let chains = SETTINGS.map(|(text, accumulate)| Ok(Render { accumulate, ..chain(size, text)? }));
+        let path = SAMPLES.map(|count| Ok(Render { count, ..study.path_tracing(size)? }));
+        let chains =
+            study.settings.iter().map(|&(text, accumulate)| Ok(Render { accumulate, ..study.chain(size, text)? }));
         let renders = path.into_iter().chain(chains).collect::<Result<Vec<_>, restir_host::Error>>()?;
         let trials: Vec<Trial<'_>> = renders.iter().map(|render| subject.trial(render, &whole)).collect();
         let mut tried = vec![Tried::default(); trials.len()];
@@ -148,15 +122,17 @@ impl View {
         let judged = judge(&trials, &tried);
         let costs = trials.iter().map(cost).collect::<Result<Vec<_>, _>>()?;
         let (path, chains) = judged.split_at(SAMPLES.len());
-        let rows =
-            SETTINGS.iter().zip(chains).zip(&costs[SAMPLES.len()..]).map(|((&(settings, is_mean), judged), cost)| {
+        let rows = study.settings.iter().zip(chains).zip(&costs[SAMPLES.len()..]).map(
+            |((&(settings, is_mean), judged), cost)| {
                 let frames = if is_mean { FRAMES } else { 1 };
                 Row { settings, frames, rel_mse: judged.rel_mse, cost: *cost }
-            });
+            },
+        );
         let truth = mean(&tried[SAMPLES.len() - 1], size);
-        let correlated = if orbits { Vec::new() } else { Correlated::all(trials[0].scene, &truth)? };
+        let correlates = study.correlates && !pictured.orbits;
+        let correlated = if correlates { Correlated::all(trials[0].scene, &truth)? } else { Vec::new() };
         Ok(Self {
-            name,
+            name: pictured.name(),
             path: path.iter().map(|judged| judged.rel_mse).collect(),
             sample: costs[SAMPLES.len() - 1],
             rows: rows.collect(),
@@ -182,18 +158,6 @@ impl View {
         let error = value * (row.rel_mse.error / row.rel_mse.value).hypot(path.error / path.value);
         Estimate { value, error }
     }
-}
-
-/// Path tracing with its default settings, through the middles of pixels as the other technique has it.
-fn path_tracing(size: [u32; 2]) -> Render {
-    Render::new(size, PathSettings { jitter: false, ..PathSettings::default() })
-}
-
-/// Frames of ReSTIR PT with settings beside its defaults, which have the same depth.
-fn chain(size: [u32; 2], text: &str) -> Result<Render, restir_host::Error> {
-    let mut settings = PtSettings::default();
-    configure_by(&mut settings, text)?;
-    Ok(Render { count: FRAMES, ..Render::new(size, settings) })
 }
 
 /// What repeats after the first ones cost on one thread.

@@ -7,7 +7,7 @@ use restir_host::exec::CpuExecutor;
 use restir_host::scene::Scene;
 use restir_tests::scenes::named;
 
-use super::{FRAMES, chain, seconds};
+use super::{FRAMES, seconds, study};
 use crate::time::thread_seconds;
 
 /// A room in which things move, and the same at four times the speed.
@@ -38,7 +38,8 @@ pub(super) fn measured(images: u32, size: [u32; 2]) -> Result<Vec<Row>, Error> {
         let scene = named(name).map_or_else(|| Scene::load(name), Ok)?;
         let subject = Subject::new(&scene, SceneBuffers::build(&scene)?, Vec::new(), FRAMES)?;
         let whole = [Window { whole: size, size, margin: 0, middle: [0.0; 2] }];
-        let renders = SETTINGS.into_iter().map(|text| chain(size, text)).collect::<Result<Vec<_>, Error>>()?;
+        let renders =
+            SETTINGS.into_iter().map(|text| study::PATHS.chain(size, text)).collect::<Result<Vec<_>, Error>>()?;
         let trials: Vec<Trial<'_>> = renders.iter().map(|render| subject.trial(render, &whole)).collect();
         let mut tried = vec![Tried::default(); trials.len()];
         for seed in 0..images {

@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use restir_cli::trial::Estimate;
 
-use super::{Cost, FRAMES, Options, Row, SAMPLES, SETTLED, View, moving};
+use super::{Cost, FRAMES, Options, Row, SAMPLES, SETTLED, Study, View, moving};
 
-pub(super) fn markdown(options: &Options, views: &[View], moving: &[moving::Row]) -> String {
-    let mut text = heading(options);
+pub(super) fn markdown(options: &Options, study: &Study, views: &[View], moving: &[moving::Row]) -> String {
+    let mut text = heading(options, study);
     views.iter().for_each(|view| text += &section(view));
-    text + "\n" + &where_things_move(moving) + &correlations(views)
+    if study.correlates { text + "\n" + &where_things_move(moving) + &correlations(views) } else { text }
 }
 
 /// One setting beside the other; path tracing has no part in it.
@@ -28,18 +28,20 @@ pub(super) fn where_things_move(rows: &[moving::Row]) -> String {
     text
 }
 
-fn heading(options: &Options) -> String {
+fn heading(options: &Options, study: &Study) -> String {
     let Options { images, width, .. } = options;
+    let (Study { title, path, .. }, technique) = (study, study.technique());
+    let only = if options.subsurface { "--subsurface " } else { "" };
     format!(
-        "# What ReSTIR PT gains\n\n\
-         relMSE of ReSTIR PT over that of path tracing which costs as much, once in time and once in rays: below 1 it pays. relMSE is the \
+        "# What {title} gains\n\n\
+         relMSE of {title} over that of path tracing which costs as much, once in time and once in rays: below 1 it pays. relMSE is the \
          mean of `(x - r)² / (r² + 0.01 m²)` over the channels of all pixels, r being the truth and m its mean. Of *the last frame* of {FRAMES} \
          a single frame is paid for, since a session has had the others anyway; of *the mean of {FRAMES} frames* all of them. \
          Errors are variances over {images} independent renders of {width} x {} pixels (`restir_cli::trial`), ± is a standard error. Time is \
          what one thread has had of the processor for a frame after the first {SETTLED}, so that it does not depend on what else the machine does; rays \
          are those that a pixel's kernels ask for in a frame. Path tracing has the same \
-         depth of 8 segments and its default sampler, and was rendered with {SAMPLES:?} samples: in between its error is taken to follow a power \
-         of their number.\n\nMade by `cargo lab gains --write`. What settings mean is printed by `restir settings restir-pt`.\n",
+         longest path (`{path}`), and was rendered with {SAMPLES:?} samples: in between its error is taken to follow a power \
+         of their number.\n\nMade by `cargo lab gains {only}--write`. What settings mean is printed by `restir settings {technique}`.\n",
         width * 3 / 4,
     )
 }
@@ -76,7 +78,7 @@ fn line(view: &View, row: &Row) -> String {
 }
 
 fn named(settings: &str) -> String {
-    if settings.is_empty() { "the defaults, `preset=quality`".to_owned() } else { format!("`{settings}`") }
+    if settings.is_empty() { "the defaults".to_owned() } else { format!("`{settings}`") }
 }
 
 /// Of three digits.

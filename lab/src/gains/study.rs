@@ -1,0 +1,156 @@
+//! What is measured: a technique with its settings, and the path tracing that it is compared with.
+
+use restir_host::Error;
+use restir_host::render::Render;
+use restir_host::scene::{Camera, Scene};
+use restir_host::technique::{Technique, named};
+use restir_tests::technique::configure_by;
+
+use super::FRAMES;
+
+/// A scene as it is seen.
+pub(super) struct Pictured {
+    scene: &'static str,
+    /// What fills its bodies, and how long a millimetre is.
+    medium: Option<(&'static str, f64)>,
+    /// The camera orbits.
+    pub(super) orbits: bool,
+}
+
+impl Pictured {
+    const fn new(scene: &'static str, orbits: bool) -> Self {
+        Self { scene, medium: None, orbits }
+    }
+
+    const fn filled(scene: &'static str, medium: (&'static str, f64), orbits: bool) -> Self {
+        Self { scene, medium: Some(medium), orbits }
+    }
+
+    /// For tables.
+    pub(super) fn name(&self) -> String {
+        let medium = self.medium.map(|(name, scale)| format!(" of {name}, {scale}")).unwrap_or_default();
+        format!("{}{medium}{}", self.scene, if self.orbits { ", from an orbit" } else { "" })
+    }
+
+    pub(super) fn scene(&self) -> Result<Scene, Error> {
+        let mut scene = Scene::load(self.scene)?;
+        if let Some((medium, scale)) = self.medium {
+            scene.fill(medium, Some(scale))?;
+            let closer = |camera: Camera| Camera { vertical_fov: camera.vertical_fov * CLOSER, ..camera };
+            scene.camera = scene.camera.map(closer);
+        }
+        Ok(scene)
+    }
+}
+
+/// Bodies fill the picture: by this part of the angle of view.
+const CLOSER: f64 = 0.6;
+
+/// A technique beside path tracing.
+pub(super) struct Study {
+    /// The name of the report.
+    pub(super) report: &'static str,
+    technique: &'static str,
+    /// What it is called.
+    pub(super) title: &'static str,
+    /// The settings of path tracing.
+    pub(super) path: &'static str,
+    pub(super) views: &'static [Pictured],
+    /// Settings, and whether their mean over all frames is looked at, and not the last frame.
+    pub(super) settings: &'static [(&'static str, bool)],
+    /// What errors have in common is looked at, too.
+    pub(super) correlates: bool,
+}
+
+/// ReSTIR PT.
+pub(super) const PATHS: Study = Study {
+    report: "restir-pt-gains",
+    technique: "restir-pt",
+    title: "ReSTIR PT",
+    path: "jitter=off",
+    views: &[
+        Pictured::new("ajar", false),
+        Pictured::new("tower", false),
+        Pictured::new("cornell", false),
+        Pictured::new("cornell", true),
+    ],
+    settings: &[
+        ("", false),
+        ("still=off", false),
+        ("neighbours=8", false),
+        ("neighbours=2", false),
+        ("tile=4", false),
+        ("shift=hybrid", false),
+        ("shift=reconnection", false),
+        ("shift=replay", false),
+        ("replays=0", false),
+        ("mis=pairwise-defensive", false),
+        ("confidence_cap=5", false),
+        ("spatial=0", false),
+        ("temporal=off", false),
+        ("temporal=off,spatial=0", false),
+        ("feedback=on", false),
+        ("preset=published", false),
+        ("direct=restir-di", false),
+        ("temporal=off,spatial=0", true),
+        ("preset=progressive", true),
+        ("preset=progressive,neighbours=8", true),
+        ("preset=progressive,neighbours=2", true),
+    ],
+    correlates: true,
+};
+
+/// ReSTIR SSS.
+pub(super) const SUBSURFACE: Study = Study {
+    report: "restir-sss-gains",
+    technique: "restir-sss",
+    title: "ReSTIR SSS",
+    path: "jitter=off,max_depth=3,subsurface=diffusion,profile_paths=off,segments=1",
+    views: &[
+        Pictured::filled("statue", ("skin1", 0.1), true),
+        Pictured::filled("statue", ("skin1", 0.1), false),
+        Pictured::filled("statue", ("marble", 0.02), true),
+    ],
+    settings: &[
+        ("", false),
+        ("preset=reconnection", false),
+        ("preset=delayed", false),
+        ("preset=sequential", false),
+        ("preset=published", false),
+        ("reconnected_beyond=1e6", false),
+        ("reconnected_beyond=4", false),
+        ("neighbours=4", false),
+        ("tile=16", false),
+        ("feedback=off", false),
+        ("shading=selected", false),
+        ("mis=pairwise-defensive", false),
+        ("spatial=0", false),
+        ("temporal=off", false),
+        ("preset=reconnection,temporal=off", false),
+        ("preset=pathtracing", false),
+    ],
+    correlates: false,
+};
+
+impl Study {
+    /// The name of the technique.
+    pub(super) fn technique(&self) -> &'static str {
+        self.technique
+    }
+
+    /// Path tracing through the middles of pixels, as the technique has it.
+    pub(super) fn path_tracing(&self, size: [u32; 2]) -> Result<Render, Error> {
+        Ok(Render::new(size, configured("path", self.path)?))
+    }
+
+    /// Frames of the technique with settings beside its defaults.
+    pub(super) fn chain(&self, size: [u32; 2], text: &str) -> Result<Render, Error> {
+        Ok(Render { count: FRAMES, ..Render::new(size, configured(self.technique, text)?) })
+    }
+}
+
+fn configured(name: &str, text: &str) -> Result<Box<dyn Technique>, Error> {
+    let mut technique = named(name)?;
+    configure_by(technique.as_mut(), text)?;
+    Ok(technique)
+}
