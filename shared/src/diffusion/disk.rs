@@ -101,6 +101,13 @@ impl Disk {
         sum(densities[0]) + sum(densities[1]) + sum(densities[2])
     }
 
+    /// With which probability a segment has the channel of these numbers. Where it is another one at another point, so is the share of the channel's
+    /// segments in a point's density.
+    #[inline(always)]
+    pub(crate) fn probability(&self, numbers: &DiskNumbers) -> f32 {
+        component(self.profile.probability, numbers.channel)
+    }
+
     /// What a point is worth as a sample: the profile there over the density, by channel, and the density. At most 4 over the
     /// probability of the channel, because a profile falls with the distance, which a disk sees shortened, and the axes' cosines with
     /// the normal add up to one or more.

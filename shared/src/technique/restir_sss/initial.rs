@@ -127,7 +127,8 @@ fn draw<S: Surface<Material = Material> + AddressedLights>(
     };
     let Evaluated { value, light_density, shadow } = evaluate(scene, entrance, (&found.hit, &at, kind), &light);
     let value = if address.is_light() { value } else { Vec3::ZERO };
-    let partial_jacobian = if kind == Kind::Replayed { num::flush(num::div(1.0, density)) } else { 1.0 };
+    let partial_jacobian =
+        if kind == Kind::Replayed { entrance.partial_jacobian(&found.numbers, density) } else { 1.0 };
     let sample = Sample { light: address, kind, partial_jacobian, ..found };
     (Candidate { sample, value, shadow }, density * light_density)
 }

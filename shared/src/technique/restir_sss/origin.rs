@@ -1,6 +1,7 @@
 //! Where the samples of a pixel begin: where its path enters a body.
 
 use super::SssParams;
+use crate::diffusion::DiskNumbers;
 use crate::geometry::{Hit, PackedHit};
 use crate::num;
 use crate::scene::{Location, Surface};
@@ -68,6 +69,13 @@ impl Entrance {
     #[inline(always)]
     pub(super) fn density(&self, point: &Location) -> f32 {
         self.profile.disk.density(point.position, point.normal) * point.extent
+    }
+
+    /// The partial Jacobian of a [replayed](super::Kind::Replayed) point of this density that the numbers find.
+    #[inline(always)]
+    pub(super) fn partial_jacobian(&self, numbers: &DiskNumbers, density: f32) -> f32 {
+        let probability = self.profile.disk.probability(numbers);
+        if density > 0.0 { num::flush(num::div(probability, density)) } else { 0.0 }
     }
 
     /// See [`is_connectable`].

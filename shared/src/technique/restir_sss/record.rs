@@ -57,8 +57,8 @@ pub struct Sample {
     pub crossing: u32,
     /// What a shift does with it.
     pub kind: Kind,
-    /// One over the density of the point over its address, if it is [replayed](Kind::Replayed), else 1: the Jacobian of a shift is that after it over
-    /// that before it.
+    /// If it is [replayed](Kind::Replayed), the probability of its channel over the density of the point over its address, else 1: the Jacobian of a shift
+    /// is that after it over that before it.
     pub partial_jacobian: f32,
 }
 

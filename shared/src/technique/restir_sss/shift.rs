@@ -65,8 +65,7 @@ fn shifted<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
     if asks && scene.occluded(&shadow) {
         return Shifted::failed(Cause::Blocked);
     }
-    let density = if is_replayed { entrance.density(&at) } else { 1.0 };
-    let term = if density > 0.0 { num::flush(num::div(1.0, density)) } else { 0.0 };
+    let term = if is_replayed { entrance.partial_jacobian(&sample.numbers, entrance.density(&at)) } else { 1.0 };
     Shifted { value, term, cause: if term > 0.0 { Cause::Nothing } else { Cause::Broken } }
 }
 
