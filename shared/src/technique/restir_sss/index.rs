@@ -5,7 +5,6 @@ use super::record::{Kind, PackedSubsurface, Sample, Stored};
 use super::{NUMBERS, SssParams};
 use crate::bsdf::Material;
 use crate::geometry::{Crossings, Ray};
-use crate::num;
 use crate::resample::params::Flags;
 use crate::rng;
 use crate::scene::{Probe, Surface};
@@ -57,11 +56,10 @@ pub fn index<S: Surface<Material = Material> + Probe>(
         let weight = if is_found { stored.contribution_weight } else { 0.0 };
         return Stored { sample, contribution_weight: weight, ..stored }.pack();
     }
-    let density = entrance.density(&point);
-    if !(is_found & (density > 0.0)) {
+    let partial_jacobian = entrance.partial_jacobian(&numbers, entrance.density(&point));
+    if !(is_found & (partial_jacobian > 0.0)) {
         return packed;
     }
-    let partial_jacobian = num::flush(num::div(1.0, density));
     let sample = Sample { numbers, crossing: found as u32, kind: Kind::Replayed, partial_jacobian, ..stored.sample };
     Stored { sample, ..stored }.pack()
 }

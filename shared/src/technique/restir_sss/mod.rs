@@ -11,12 +11,8 @@
 //! | shift | y2 | Jacobian | rays |
 //! |---|---|---|---|
 //! | reconnection | x2 | 1 | none; a shadow ray where the scene has changed |
-<<<<<<< HEAD
-//! | delayed reconnection | the point that the random numbers of x2's segment find around y1 | p(x2) / p(y2), densities of all axes and channels | a probe and a shadow ray |
-//! | sequential | reconnection in one pass, delayed reconnection in the next; in between, [`index`] finds random numbers for points, and points for numbers | | a probe a pixel |
-=======
 //! | delayed reconnection | the point that the random numbers of x2's segment find around y1 | p(x2) / p(y2), densities of all axes and channels, times P(y1) / P(x1) of the channel | a probe and a shadow ray |
->>>>>>> be3fe2d8 (ReSTIR SSS: the Jacobian of a delayed shift counts the probability of its channel)
+//! | sequential | reconnection in one pass, delayed reconnection in the next; in between, [`index`] finds random numbers for points, and points for numbers | | a probe a pixel |
 //! | hybrid | the former where the profile is smooth ([`is_connectable`]), else the latter | | |
 //!
 //! Over addresses a light moves with a Jacobian of 1, and so does a point that stays: the published form over solid angles has the factors
