@@ -4,6 +4,7 @@ use super::{Shading, Shift, SssSettings};
 use crate::Error;
 use crate::plan::{Buffer, BufferId, Pass};
 use crate::technique::Technique;
+use crate::technique::path::PathSettings;
 use crate::technique::reuse::Specialises;
 use crate::technique::reuse::chain::{Chain, Passes, Queue, Reuses, of_frame};
 use crate::technique::reuse::mutual::{Mutual, with_last};
@@ -24,7 +25,8 @@ impl Specialises for SssParams {
 pub(super) fn sequence(settings: &SssSettings, stage: &Stage) -> Box<dyn Sequence> {
     let path = settings.path();
     if stage.features & FEATURE_SUBSURFACE == 0 {
-        return Box::new(OneSample(path.sequence(stage)));
+        let alone = PathSettings { dispatch_samples: Some(1), ..path };
+        return Box::new(OneSample { path: alone.sequence(stage), held: 0 });
     }
     let mut planes = Planes::new(stage, Some(Within::by(|stage| path.without_profiles(stage), stage, 1)));
     let reuses = Reuses {
@@ -43,25 +45,32 @@ pub(super) fn sequence(settings: &SssSettings, stage: &Stage) -> Box<dyn Sequenc
     Box::new(Chain::new(stage, settings.integral(), reuses, planes, passes))
 }
 
-/// Frames of one sample each.
-struct OneSample(Box<dyn Sequence>);
+/// Frames of one sample each, which has the frame's number.
+struct OneSample {
+    path: Box<dyn Sequence>,
+    /// Samples that the film holds.
+    held: u32,
+}
 
 impl Sequence for OneSample {
     fn buffers(&self) -> &[Buffer] {
-        self.0.buffers()
+        self.path.buffers()
     }
 
     fn output(&self) -> BufferId {
-        self.0.output()
+        self.path.output()
     }
 
     fn begin(&mut self, now: Frame) -> Work {
-        let samples = u32::from(now.adds);
-        self.0.begin(Frame { samples, ..now })
+        self.held = if now.clears { 0 } else { self.held };
+        // the film's samples are numbered from the first one on
+        let (index, samples) = (now.index.wrapping_sub(self.held), u32::from(now.adds));
+        self.held += samples;
+        self.path.begin(Frame { index, samples, ..now })
     }
 
     fn next_pass(&mut self) -> Option<Result<Pass, Error>> {
-        self.0.next_pass()
+        self.path.next_pass()
     }
 }
 
