@@ -11,8 +11,9 @@ mod restir_di_visibility;
 mod restir_pt;
 mod restir_pt_direct;
 mod restir_pt_genealogy;
+mod restir_sss;
 mod shift_twin;
 mod shifts;
 mod subsurface;
 
-restir_tests::suites! { alpha genealogy hybrid moving paths restir_di restir_di_glass restir_di_visibility restir_pt restir_pt_direct restir_pt_genealogy shift_twin shifts subsurface }
+restir_tests::suites! { alpha genealogy hybrid moving paths restir_di restir_di_glass restir_di_visibility restir_pt restir_pt_direct restir_pt_genealogy restir_sss shift_twin shifts subsurface }
