@@ -181,12 +181,8 @@ impl<'a> Picture<'a> {
 pub enum Wrong {
     /// Right.
     Not,
-    /// The Jacobian is left out.
-    NoJacobian,
     /// The Jacobian is that over solid angles at the points, while samples lie over areas of lights.
     SolidAngle,
-    /// The Jacobian of the one axis and channel by which the point was found.
-    OneTechnique,
     /// The channel's probability is taken to be the same at both entries.
     SameProbability,
 }
@@ -207,13 +203,11 @@ impl Picture<'_> {
         }
         match wrong {
             Wrong::Not => right,
-            Wrong::NoJacobian => 1.0,
             Wrong::SolidAngle => right * self.subtended(taken, taken.to) / self.subtended(taken, taken.from),
             Wrong::SameProbability => {
                 let of = |origin| f64::from(self.disk(origin).0.profile.probability[taken.sample.numbers.channel as usize]);
                 right * of(taken.from) / of(taken.to)
             }
-            Wrong::OneTechnique => self.of_technique(taken, taken.from) / self.of_technique(taken, taken.to),
         }
     }
 
@@ -226,13 +220,6 @@ impl Picture<'_> {
         let at = self.scene.location(&self.hit(taken.sample, origin));
         let between = light.position.as_dvec3() - at.position.as_dvec3();
         between.normalize().dot(light.normal.as_dvec3()).abs() / between.length_squared()
-    }
-
-    /// The density of the sample's point at an entry by its own axis and channel, over the point's address.
-    fn of_technique(&self, taken: &Taken<'_>, origin: &SssOrigin) -> f64 {
-        let at = self.scene.location(&self.hit(taken.sample, origin));
-        density_of(&self.disk(origin).0, &taken.sample.numbers, at.position.as_dvec3(), at.normal.as_dvec3())
-            * f64::from(at.extent)
     }
 }
 
