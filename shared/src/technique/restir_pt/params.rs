@@ -38,7 +38,7 @@ impl Extent for PtParams {
 
 impl PtParams {
     /// Parameters of a frame of its own, whose passes are [`super::trace`], [`pair`](crate::resample::mutual::pair),
-    /// [`answer`](crate::resample::mutual::answer), [`merge`](crate::resample::mutual::merge) and [`super::shade`].
+    /// [`answer`](crate::resample::mutual::answer), [`merge`](crate::resample::mutual::merge) and [`shade`](crate::resample::mutual::shade).
     ///
     /// Paths have up to 8 segments and are joined by footprint, as the defaults of the program have it; the rest is as
     /// [`ReuseParams::new`] has it. All of it is unbiased. Requests and their answers are passes over [`Self::with_layers`].
