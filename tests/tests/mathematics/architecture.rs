@@ -28,7 +28,7 @@ const CRATES: [(&str, &str); 6] = [
 
 /// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, the reports and figures
 /// of papers, and what tells which bits of a plane's words are a number.
-const MAY_NAME: [&str; 13] = [
+const MAY_NAME: [&str; 14] = [
     "shared/src/technique",
     "host/src/technique",
     "tests/src/technique",
@@ -38,6 +38,7 @@ const MAY_NAME: [&str; 13] = [
     "lab/src/figure",
     "lab/src/gains",
     "lab/src/gains/correlated",
+    "lab/src/gains/study",
     "lab/src/reuse",
     "lab/src/reuse/limits",
     "lab/src/shifts",

@@ -37,6 +37,21 @@
 //! [`mutual::merge`]: crate::resample::mutual::merge
 //! [`mutual::shade`]: crate::resample::mutual::shade
 //!
+//! What the hybrid shift asks of a point:
+//!
+//! ```
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::scene::Location;
+//! use restir_shared::technique::restir_sss::is_connectable;
+//!
+//! let at = |x: f32, normal: Vec3| Location { position: Vec3::X * x, normal, offset: 0.0, extent: 1.0 };
+//! let entry = at(0.0, Vec3::Z);
+//! // on a plane the points stay that are farther than 1; around an edge all do
+//! assert!(!is_connectable(&entry, &at(0.5, Vec3::Z), 1.0));
+//! assert!(is_connectable(&entry, &at(2.0, Vec3::Z), 1.0));
+//! assert!(is_connectable(&entry, &at(0.5, Vec3::X), 1.0));
+//! ```
+//!
 //! Of random numbers stream 0 is that of `path` ([`initial`] has the same points and lights as `path` with diffusion), stream 1 that of [`index`], stream 2 chooses among candidates,
 //! streams 3 and 4 are those of [`mutual`].
 
