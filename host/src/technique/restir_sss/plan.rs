@@ -26,7 +26,7 @@ pub(super) fn sequence(settings: &SssSettings, stage: &Stage) -> Box<dyn Sequenc
     let path = settings.path();
     if stage.features & FEATURE_SUBSURFACE == 0 {
         let alone = PathSettings { dispatch_samples: Some(1), ..path };
-        return Box::new(OneSample { path: alone.sequence(stage), held: 0 });
+        return Box::new(OneSample { path: alone.sequence(stage), progressive: stage.progressive, held: 0 });
     }
     let mut planes = Planes::new(stage, Some(Within::by(|stage| path.without_profiles(stage), stage, 1)));
     let reuses = Reuses {
@@ -48,6 +48,8 @@ pub(super) fn sequence(settings: &SssSettings, stage: &Stage) -> Box<dyn Sequenc
 /// Frames of one sample each, which has the frame's number.
 struct OneSample {
     path: Box<dyn Sequence>,
+    /// The film goes on after the mean is made.
+    progressive: bool,
     /// Samples that the film holds.
     held: u32,
 }
@@ -65,7 +67,7 @@ impl Sequence for OneSample {
         self.held = if now.clears { 0 } else { self.held };
         // the film's samples are numbered from the first one on
         let (index, samples) = (now.index.wrapping_sub(self.held), u32::from(now.adds));
-        self.held += samples;
+        self.held = if now.shows && !self.progressive { 0 } else { self.held + samples };
         self.path.begin(Frame { index, samples, ..now })
     }
 
