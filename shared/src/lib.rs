@@ -57,7 +57,7 @@
 //! | [`shift`] | how paths move from pixel to pixel, and their Jacobians |
 //! | [`technique`] | the per-pixel bodies |
 #![no_std]
-// on a device one function reads and writes memory of the workgroup, for which Rust has no word
+// on a device two functions read and write memory of the workgroup, for which Rust has no word
 #![cfg_attr(not(target_arch = "spirv"), forbid(unsafe_code))]
 #![cfg_attr(target_arch = "spirv", feature(asm_experimental_arch))]
 

@@ -4,6 +4,7 @@
 use restir_host::Shaders;
 use restir_host::exec::Flavour;
 use restir_kernels::all;
+use restir_shared::geometry::Scratch;
 use restir_shared::layout::LEAF;
 use rspirv::binary::Assemble;
 use rspirv::dr::{Builder, Instruction, Loader, Module, Operand};
@@ -153,9 +154,10 @@ pub fn reassociate(builder: &mut Builder) {
     });
 }
 
-/// Has the memory of the workgroup, where traversals keep what is pending, begin with leaves that hold no triangle: what nobody may read.
-pub fn poison_rings(builder: &mut Builder) {
-    let Some((rings, pointer)) = rings(builder.module_ref()) else { return };
+/// Has the memory of the workgroup, where traversals keep what is pending and what they have crossed, begin with leaves that hold no triangle: what
+/// nobody may read.
+pub fn poison_shared(builder: &mut Builder) {
+    let Some(Shared { variables, pointer }) = shared(builder.module_ref()) else { return };
     let word = builder.type_int(32, 0);
     let input = builder.type_pointer(None, StorageClass::Input, word);
     let invocation = builder.variable(input, None, StorageClass::Input, None);
@@ -167,12 +169,14 @@ pub fn poison_rings(builder: &mut Builder) {
     };
     let at = builder.id();
     let mut added = vec![instruction(Op::Load, Some(word), Some(at), &[invocation])];
-    for slot in 0..8 {
-        let first = builder.constant_bit32(word, slot * 64);
-        let [place, pointed] = [builder.id(), builder.id()];
-        added.push(instruction(Op::IAdd, Some(word), Some(place), &[at, first]));
-        added.push(instruction(Op::AccessChain, Some(pointer), Some(pointed), &[rings, place]));
-        added.push(instruction(Op::Store, None, None, &[pointed, poison]));
+    for (variable, words) in variables {
+        for first in (0..words).step_by(Scratch::INVOCATIONS as usize) {
+            let first = builder.constant_bit32(word, first);
+            let [place, pointed] = [builder.id(), builder.id()];
+            added.push(instruction(Op::IAdd, Some(word), Some(place), &[at, first]));
+            added.push(instruction(Op::AccessChain, Some(pointer), Some(pointed), &[variable, place]));
+            added.push(instruction(Op::Store, None, None, &[pointed, poison]));
+        }
     }
     let module = builder.module_mut();
     module.entry_points[0].operands.push(Operand::IdRef(invocation));
@@ -183,27 +187,41 @@ pub fn poison_rings(builder: &mut Builder) {
     block.splice(variables..variables, added);
 }
 
-/// Besides, nothing is ever written into the rings by traversals.
-pub fn forget_pending(builder: &mut Builder) {
-    let Some((_, pointer)) = rings(builder.module_ref()) else { return };
+/// Besides, nothing is ever written into it by traversals.
+pub fn forget_shared(builder: &mut Builder) {
+    let Some(Shared { pointer, .. }) = shared(builder.module_ref()) else { return };
     let places = |i: &Instruction| (i.result_type == Some(pointer)).then_some(i.result_id);
     let places: Vec<_> = builder.module_ref().all_inst_iter().filter_map(places).collect();
     for block in builder.module_mut().functions.iter_mut().flat_map(|f| &mut f.blocks) {
-        let into_ring = |i: &Instruction| i.class.opcode == Op::Store && places.contains(&i.operands[0].id_ref_any());
-        block.instructions.retain(|i| !into_ring(i));
+        let is_shared = |i: &Instruction| i.class.opcode == Op::Store && places.contains(&i.operands[0].id_ref_any());
+        block.instructions.retain(|i| !is_shared(i));
     }
-    poison_rings(builder);
+    poison_shared(builder);
 }
 
-/// The variable in the memory of the workgroup, and the type of pointers to its words; of a module that traces rays.
-fn rings(module: &Module) -> Option<(Word, Word)> {
+/// What a module has in the memory of the workgroup.
+struct Shared {
+    /// The variables: the rings of traversals and the lists of crossings, each with its number of words.
+    variables: Vec<(Word, u32)>,
+    /// The type of pointers to words.
+    pointer: Word,
+}
+
+/// That of a module that traces rays.
+fn shared(module: &Module) -> Option<Shared> {
+    let globals = &module.types_global_values;
     let of_workgroup = |i: &&Instruction| i.operands.first() == Some(&Operand::StorageClass(StorageClass::Workgroup));
-    let found =
-        |opcode| module.types_global_values.iter().filter(of_workgroup).filter(move |i| i.class.opcode == opcode);
-    let variable = found(Op::Variable).next()?;
-    // the other pointer is that to the variable
-    let pointer = found(Op::TypePointer).find(|i| i.result_id != variable.result_type)?;
-    Some((variable.result_id?, pointer.result_id?))
+    let defined = |id: Option<Word>| globals.iter().find(|i| i.result_id == id);
+    // what a pointer points to
+    let pointee = |pointer: &Instruction| defined(pointer.operands[1].id_ref_any());
+    let found = |opcode| globals.iter().filter(of_workgroup).filter(move |i| i.class.opcode == opcode);
+    let variables = found(Op::Variable).filter_map(|variable| {
+        let array = pointee(defined(variable.result_type)?)?;
+        let length = defined(array.operands[1].id_ref_any())?;
+        Some((variable.result_id?, length.operands[0].unwrap_literal_bit32()))
+    });
+    let pointer = found(Op::TypePointer).find(|i| pointee(i).is_some_and(|of| of.class.opcode == Op::TypeInt))?;
+    Some(Shared { variables: variables.collect(), pointer: pointer.result_id? })
 }
 
 /// The two operands of each instruction with that opcode.

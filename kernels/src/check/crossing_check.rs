@@ -60,7 +60,7 @@ pub fn crossings<S: Probe>(scene: &S, segment: Segment) -> CrossingResults {
     let mut results = CrossingResults { count: found.count, nearest: [[0; 4]; 8] };
     let mut index = 0;
     while index < 8 {
-        let hit = found.nearest[index];
+        let hit = found.listed(index);
         results.nearest[index] = [hit.t.to_bits(), hit.id, hit.uv.x.to_bits(), hit.uv.y.to_bits()];
         index += 1;
     }

@@ -155,7 +155,7 @@ impl Receiver {
     fn replay<S: Scene>(&self, scene: &S, sample: &Sample) -> Hit {
         let crossings = scene.probe(&self.disk.segment(&sample.numbers), self.body);
         let index = sample.crossing as usize;
-        if (index < Crossings::LISTED) & !crossings.is_cut() { crossings.nearest[index] } else { Hit::MISS }
+        crossings.listed(index)
     }
 
     /// A sample here, of which the exit is known if it is the pixel's `own`.

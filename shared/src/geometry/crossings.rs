@@ -1,34 +1,50 @@
 //! All places in which a segment meets one object.
 
 use super::Hit;
+use super::ring::Scratch;
+#[cfg(target_arch = "spirv")]
+use glam::Vec2;
 
 /// Where a segment meets an object: how often, and the hits that come first.
 ///
 /// It is a function of the set of hits, those with `0 < t < t_max` that count: no traversal shows in it. A hit is one of a triangle,
 /// so a segment through an edge that two triangles share is reported by both; of sampled segments next to none is one.
+///
+/// On a device the hits lie in memory of the workgroup, so that they take no registers. There the next probe of an invocation takes the memory
+/// of the last one, whose crossings are gone then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossings {
     /// How many hits there are, also beyond those that are listed.
     pub count: u32,
     /// The hits of the smallest (t, id), in that order; [`Hit::MISS`] where there are fewer.
+    #[cfg(not(target_arch = "spirv"))]
     pub nearest: [Hit; Self::LISTED],
+    #[cfg(target_arch = "spirv")]
+    memory: Scratch,
 }
 
 impl Crossings {
     /// How many hits are listed.
     #[doc(hidden)]
     pub const LISTED: usize = 8;
-    /// The object is not met.
-    pub const NONE: Self = Self { count: 0, nearest: [Hit::MISS; Self::LISTED] };
-    /// The device ended the search before its time, as [`Hit::CUT`] says it of a single hit.
-    #[doc(hidden)]
-    pub const CUT: Self = Self { count: u32::MAX, nearest: [Hit::MISS; Self::LISTED] };
 
-    /// Whether this is [`Self::CUT`].
+    /// Whether the device ended the search before its time, as [`Hit::CUT`] says it of a single hit.
     #[doc(hidden)]
     #[inline(always)]
     pub fn is_cut(&self) -> bool {
         self.count == u32::MAX
+    }
+
+    /// How many hits the list holds.
+    #[inline(always)]
+    fn held(&self) -> usize {
+        if self.is_cut() {
+            0
+        } else if self.count < Self::LISTED as u32 {
+            self.count as usize
+        } else {
+            Self::LISTED
+        }
     }
 
     /// One of the hits, each with the probability 1 / `count`, by `u` in [0, 1); [`Hit::MISS`] if there is none, and in the place of each
@@ -36,24 +52,112 @@ impl Crossings {
     #[doc(hidden)]
     #[inline(always)]
     pub fn one_of(&self, u: f32) -> Hit {
-        let chosen = (u * self.count as f32) as usize;
-        if chosen < Self::LISTED { self.nearest[chosen] } else { Hit::MISS }
+        self.listed((u * self.count as f32) as usize)
     }
 
     /// With a hit more, of another triangle than those before.
     #[inline(always)]
     #[must_use]
     pub fn with(mut self, hit: Hit) -> Self {
+        let held = self.held();
         let mut carried = hit;
         let mut index = 0;
-        while index < Self::LISTED {
-            let listed = self.nearest[index];
-            let first = (carried.t < listed.t) | ((carried.t == listed.t) & (carried.id < listed.id));
-            self.nearest[index] = if first { carried } else { listed };
-            carried = if first { listed } else { carried };
+        while index < held {
+            let listed = self.listed(index);
+            if (carried.t < listed.t) | ((carried.t == listed.t) & (carried.id < listed.id)) {
+                self.list(index, &carried);
+                carried = listed;
+            }
             index += 1;
+        }
+        if held < Self::LISTED {
+            self.list(held, &carried);
         }
         self.count += 1;
         self
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl Crossings {
+    /// The object is not met.
+    pub const NONE: Self = Self { count: 0, nearest: [Hit::MISS; Self::LISTED] };
+    /// The device ended the search before its time.
+    #[doc(hidden)]
+    pub const CUT: Self = Self { count: u32::MAX, nearest: [Hit::MISS; Self::LISTED] };
+
+    /// Not met yet. Natively no memory but its own is used.
+    #[inline(always)]
+    pub(super) fn none(_memory: Scratch) -> Self {
+        Self::NONE
+    }
+
+    /// The same, ended before its time.
+    #[inline(always)]
+    pub(super) fn cut(self) -> Self {
+        Self::CUT
+    }
+
+    /// The hit at a place of the list; [`Hit::MISS`] beyond its end.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn listed(&self, index: usize) -> Hit {
+        if index < Self::LISTED { self.nearest[index] } else { Hit::MISS }
+    }
+
+    #[inline(always)]
+    fn list(&mut self, index: usize, hit: &Hit) {
+        self.nearest[index] = *hit;
+    }
+}
+
+#[cfg(target_arch = "spirv")]
+impl Crossings {
+    #[inline(always)]
+    pub(super) fn none(memory: Scratch) -> Self {
+        Self { count: 0, memory }
+    }
+
+    #[inline(always)]
+    pub(super) fn cut(self) -> Self {
+        Self { count: u32::MAX, ..self }
+    }
+
+    #[inline(always)]
+    pub fn listed(&self, index: usize) -> Hit {
+        if index >= self.held() {
+            return Hit::MISS;
+        }
+        let word = |component: u32| access(self.slot(index, component), 0, false);
+        Hit { t: f32::from_bits(word(0)), id: word(1), uv: Vec2::new(f32::from_bits(word(2)), f32::from_bits(word(3))) }
+    }
+
+    #[inline(always)]
+    fn list(&mut self, index: usize, hit: &Hit) {
+        access(self.slot(index, 0), hit.t.to_bits(), true);
+        access(self.slot(index, 1), hit.id, true);
+        access(self.slot(index, 2), hit.uv.x.to_bits(), true);
+        access(self.slot(index, 3), hit.uv.y.to_bits(), true);
+    }
+
+    /// Of a word of the hit at a place of the list. Invocations next to each other have words next to each other.
+    #[inline(always)]
+    fn slot(&self, index: usize, component: u32) -> u32 {
+        (index as u32 * 4 + component) * Scratch::INVOCATIONS + self.memory.invocation
+    }
+}
+
+/// What stands in the memory of the workgroup, and perhaps another word from now on.
+#[cfg(target_arch = "spirv")]
+fn access(slot: u32, word: u32, writes: bool) -> u32 {
+    let lists: *mut [u32; Crossings::LISTED * 4 * Scratch::INVOCATIONS as usize];
+    // SAFETY: a variable of the type that its name has here; invocations use different slots, as kernels have no larger workgroups
+    unsafe {
+        core::arch::asm!("{lists} = OpVariable typeof{lists} Workgroup", lists = out(reg) lists);
+        let stood = (*lists)[slot as usize];
+        if writes {
+            (*lists)[slot as usize] = word;
+        }
+        stood
     }
 }

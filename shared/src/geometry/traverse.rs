@@ -28,7 +28,7 @@ pub fn traverse<const ANY: bool, C: Coverage>(
     }
 }
 
-/// As [`traverse`], all hits of the triangles of one object; [`Crossings::CUT`] if the device did not let the search end.
+/// As [`traverse`], all hits of the triangles of one object; [cut](Crossings::is_cut) if the device did not let the search end.
 pub fn traverse_all<C: Coverage>(
     words: &[UVec4],
     header: &SceneHeader,
@@ -37,9 +37,9 @@ pub fn traverse_all<C: Coverage>(
     object: u32,
     scratch: Scratch,
 ) -> Crossings {
-    let none = Gathered { t_max: ray.t_max, object, crossings: Crossings::NONE };
+    let none = Gathered { t_max: ray.t_max, object, crossings: Crossings::none(scratch) };
     let (gathered, ended) = search(words, header, coverage, ray, scratch, none);
-    if ended { gathered.crossings } else { Crossings::CUT }
+    if ended { gathered.crossings } else { gathered.crossings.cut() }
 }
 
 /// What a search keeps of the hits that it finds.

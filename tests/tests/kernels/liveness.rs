@@ -7,13 +7,14 @@ use restir_host::render::Render;
 use restir_host::scene::builtin;
 use restir_host::technique::path::PathSettings;
 use restir_host::{Error, Shaders};
-use restir_kernels::Case;
+use restir_kernels::check::crossing_check;
 use restir_kernels::check::self_check::{self, Operands, boundary_operands};
 use restir_kernels::path::path;
+use restir_kernels::{Case, KernelDesc};
 use restir_tests::cases;
 use restir_tests::device::{self, Adapter, is_llvmpipe, label};
 use restir_tests::liveness::{
-    Change, build, forget_pending, fuse, fuse_in_double, poison_rings, reassociate, undecorate,
+    Change, build, forget_shared, fuse, fuse_in_double, poison_shared, reassociate, undecorate,
 };
 use restir_tests::parity::{compare, run};
 use restir_tests::suite::{Trial, ensure};
@@ -39,7 +40,7 @@ fn on(adapter: &Adapter) -> Vec<Trial> {
         adapter.trial("reassociated sums are seen", reassociated),
         adapter.trial("unchanged modules from a folder are exact", unchanged),
         adapter.trial("what memory of the workgroup held before does not matter", poisoned),
-        adapter.trial("pending nodes that are forgotten are seen", forgotten),
+        adapter.trial("nodes and crossings that are forgotten are seen", forgotten),
     ]
 }
 
@@ -62,7 +63,7 @@ impl Findings {
     /// Runs all cases, and prints what is found.
     fn of(executor: &mut GpuExecutor, what: &str) -> Result<Self, Failed> {
         let fields = unless_rejected(differing_fields(executor))?;
-        let path = unless_rejected(differing_words(executor))?;
+        let path = unless_rejected(differing_words(executor, &path::DESC))?;
         println!(
             "{}, {what}: differing words, unless rejected, of path {path:?}, of self_check {fields:?}",
             label(executor)
@@ -126,10 +127,10 @@ fn differing_fields(executor: &mut dyn Executor) -> Result<BTreeMap<&'static str
     Ok(differing)
 }
 
-/// Of the general kernel, which is compiled once a change.
-fn differing_words(executor: &mut dyn Executor) -> Result<usize, Error> {
+/// Of the general variant of a kernel, which is compiled once a change.
+fn differing_words(executor: &mut dyn Executor, kernel: &KernelDesc) -> Result<usize, Error> {
     let general = |case: &&Case| case.constants.iter().zip(case.kernel.constants).all(|(&v, c)| v == c.default);
-    let cases = cases::all().iter().filter(|case| case.kernel.name == path::DESC.name).filter(general);
+    let cases = cases::all().iter().filter(|case| case.kernel.name == kernel.name).filter(general);
     cases.map(|case| Ok(compare(executor, case)?.differing)).sum()
 }
 
@@ -172,14 +173,22 @@ fn unchanged(executor: &mut GpuExecutor) -> Result<(), Failed> {
     ensure(is_exact, || "words of unchanged modules differ".to_owned())
 }
 
+/// Words that differ of a kernel with a ring, and of one with a list as well.
+fn of_shared_memory(executor: &GpuExecutor, change: Change) -> Result<[usize; 2], Failed> {
+    let folder = build(change)?;
+    let mut changed = executor.reload(Flavour::Exact, Shaders::Folder(folder.path().to_owned()));
+    let mut words = |kernel| differing_words(&mut changed, kernel);
+    Ok([words(&path::DESC)?, words(&crossing_check::DESC)?])
+}
+
 fn poisoned(executor: &mut GpuExecutor) -> Result<(), Failed> {
-    let path = findings(executor, "memory of the workgroup poisoned", poison_rings)?.path;
-    ensure(path == Some(0), || format!("{path:?} words of path differ"))
+    let words = of_shared_memory(executor, poison_shared)?;
+    ensure(words == [0; 2], || format!("{words:?} words of path and crossing_check differ"))
 }
 
 fn forgotten(executor: &mut GpuExecutor) -> Result<(), Failed> {
-    let path = findings(executor, "no node pending", forget_pending)?.path;
-    ensure(path.is_some_and(|words| words > 0), || "no word of path differs".to_owned())
+    let words = of_shared_memory(executor, forget_shared)?;
+    ensure(words.iter().all(|&words| words > 0), || format!("{words:?} words of path and crossing_check differ"))
 }
 
 /// The probes, which trace no rays, are right, so that the frames have to tell.
@@ -192,6 +201,6 @@ fn before_a_render(adapter: &str) -> Result<(), Failed> {
         Ok(builder.for_render(&scene, &render).open()?.describe().parity)
     };
     ensure(checked(|_| ())? == Some(Parity::Exact), || "unchanged modules are not exact".to_owned())?;
-    let found = checked(forget_pending)?;
+    let found = checked(forget_shared)?;
     ensure(matches!(found, Some(Parity::Approximate { .. })), || format!("{found:?} where nodes are forgotten"))
 }

@@ -145,15 +145,15 @@ fn capabilities_decorations_and_storage_have_lists_too() {
 }
 
 #[test]
-fn invocations_share_one_ring_and_nothing_else() {
-    let mut module = module(Flavour::Exact, "ray_check");
-    let ring = Operand::StorageClass(StorageClass::Workgroup);
-    let ring = module.types_global_values.iter().find(|i| i.class.opcode == Op::Variable && i.operands[0] == ring);
-    let mut second = ring.expect("a kernel that traces has a ring").clone();
-    second.result_id = Some(fresh_id(&mut module));
-    let id = second.result_id;
-    module.types_global_values.push(second);
-    assert_eq!(assert_one(&module, Op::Variable, "second variable of the workgroup"), id);
+fn invocations_share_rings_and_lists_and_nothing_else() {
+    let mut module = module(Flavour::Exact, "crossing_check");
+    let shared = Operand::StorageClass(StorageClass::Workgroup);
+    let shared = module.types_global_values.iter().find(|i| i.class.opcode == Op::Variable && i.operands[0] == shared);
+    let mut third = shared.expect("a kernel that probes has a ring and a list").clone();
+    third.result_id = Some(fresh_id(&mut module));
+    let id = third.result_id;
+    module.types_global_values.push(third);
+    assert_eq!(assert_one(&module, Op::Variable, "third variable of the workgroup"), id);
 }
 
 #[test]

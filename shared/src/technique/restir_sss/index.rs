@@ -42,7 +42,7 @@ pub fn index<S: Surface<Material = Material> + Probe>(
     let mut hit = stored.sample.hit;
     let mut index = 0;
     while index < Crossings::LISTED {
-        let met = crossings.nearest[index];
+        let met = crossings.listed(index);
         let is_it = if inverts { met.id == stored.sample.hit.id } else { index as u32 == stored.sample.crossing };
         if met.is_hit() & is_it {
             found = index;

@@ -85,7 +85,7 @@ fn candidates<S: Trace + Surface<Material = Material> + AddressedLights + Probe>
         while (crossing <= Crossings::LISTED) & !cut {
             // the last is the entry, where channels are Lambertian
             let is_entry = crossing == Crossings::LISTED;
-            let hit = if is_entry { entrance.hit } else { crossings.nearest[crossing] };
+            let hit = if is_entry { entrance.hit } else { crossings.listed(crossing) };
             let counts = is_entry | !one | (crossing == chosen);
             if hit.is_hit() & counts {
                 let crossing = crossing as u32;

@@ -5,7 +5,7 @@ use super::evaluate::{Evaluated, evaluate};
 use super::origin::{Entrance, SssOrigin};
 use super::record::{Kind, PackedSubsurface, Sample, Stored};
 use crate::bsdf::Material;
-use crate::geometry::{Crossings, Hit, Ray};
+use crate::geometry::{Hit, Ray};
 use crate::num;
 use crate::resample::mutual::{Cause, Record, Shift, ShiftResult, Shifted};
 use crate::resample::params::Flags;
@@ -74,14 +74,7 @@ fn shifted<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
 fn replayed<S: Surface + Probe>(scene: &S, sample: &Sample, entrance: &Entrance) -> Hit {
     let segment = entrance.profile.disk.segment(&sample.numbers);
     let key = Sample::key(&sample.numbers, scene.features());
-    let crossings = scene.probe(&Ray { key, ..segment }, entrance.body);
-    let mut found = Hit::MISS;
-    let mut index = 0;
-    while index < Crossings::LISTED {
-        found = if index as u32 == sample.crossing { crossings.nearest[index] } else { found };
-        index += 1;
-    }
-    found
+    scene.probe(&Ray { key, ..segment }, entrance.body).listed(sample.crossing as usize)
 }
 
 impl Record for PackedSubsurface {

@@ -83,7 +83,7 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
         while (index <= Crossings::LISTED) & !cut {
             // the last is the entry, where channels are Lambertian
             let lambert = index == Crossings::LISTED;
-            let listed = if lambert { entry.hit } else { crossings.nearest[index] };
+            let listed = if lambert { entry.hit } else { crossings.listed(index) };
             let hit = if one & !lambert { only(chosen, index) } else { listed };
             if hit.is_hit() {
                 let any = Ray { direction: at.normal, ..Ray::NONE };
