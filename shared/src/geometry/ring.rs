@@ -7,7 +7,7 @@
 pub(super) const SLOTS: u32 = 8;
 
 /// Where a traversal has its ring.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scratch {
     /// What the slots hold before: nothing may depend on it.
     #[cfg(not(target_arch = "spirv"))]
