@@ -122,6 +122,15 @@ pub struct ShiftResult {
     pub partial_jacobian: f32,
 }
 
+impl ShiftResult {
+    /// What a plane keeps of a shift: all but why there is no sample.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn of(shifted: &Shifted) -> Self {
+        Self { value: shifted.value.to_array(), partial_jacobian: shifted.term }
+    }
+}
+
 /// A reservoir as it lies in a plane.
 pub trait Record: Copy {
     /// The integrand at the pixel, linear RGB.
@@ -216,8 +225,7 @@ pub fn answer<R: Shift<F>, F: Frames>(
         return ShiftResult::default();
     }
     let (from, to) = request.indices(params.flags.contains(Flags::BACK));
-    let Shifted { value, term, .. } = records[from as usize].shifted(frames, params, &origins[to as usize]);
-    ShiftResult { value: value.to_array(), partial_jacobian: term }
+    ShiftResult::of(&records[from as usize].shifted(frames, params, &origins[to as usize]))
 }
 
 /// What a merge reads: of each pixel the sample that others may take, of each element of the grid of requests the request and its result.

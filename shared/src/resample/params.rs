@@ -290,8 +290,35 @@ impl ReuseParams {
     }
 }
 
-/// Makes a technique's block of parameters read and write as if the fields of its [`ReuseParams`], in the field `reuse`, were its own.
+/// Makes a technique's block of parameters read and write as if the fields of its [`ReuseParams`], in the field `reuse`, were its own, with
+/// those methods of [`ReuseParams`] that change nothing else. `in pairs` adds what techniques ask for whose pixels share in
+/// [`mutual`](super::mutual) pairs.
 macro_rules! reuses {
+    ($params:ty, in pairs) => {
+        $crate::resample::params::reuses!($params);
+
+        impl $params {
+            /// See [`ReuseParams::with_layers`].
+            #[must_use]
+            pub fn with_layers(self) -> Self {
+                Self { reuse: self.reuse.with_layers(), ..self }
+            }
+
+            /// The same with more flags.
+            #[must_use]
+            pub fn with_flags(self, more: $crate::resample::params::Flags) -> Self {
+                let mut reuse = self.reuse;
+                reuse.flags = reuse.flags | more;
+                Self { reuse, ..self }
+            }
+
+            /// Whether a flag is set.
+            #[inline(always)]
+            pub(super) fn has(&self, flag: $crate::resample::params::Flags) -> bool {
+                self.flags.contains(flag)
+            }
+        }
+    };
     ($params:ty) => {
         impl core::ops::Deref for $params {
             type Target = $crate::resample::params::ReuseParams;
@@ -306,6 +333,20 @@ macro_rules! reuses {
             #[inline(always)]
             fn deref_mut(&mut self) -> &mut Self::Target {
                 &mut self.reuse
+            }
+        }
+
+        impl $params {
+            /// See [`ReuseParams::of_frame`].
+            #[must_use]
+            pub fn of_frame(self, frame: u32, camera: $crate::layout::CameraParams) -> Self {
+                Self { reuse: self.reuse.of_frame(frame, camera), ..self }
+            }
+
+            /// See [`ReuseParams::with_neighbours`].
+            #[must_use]
+            pub fn with_neighbours(self, pass: u32) -> Self {
+                Self { reuse: self.reuse.with_neighbours(pass), ..self }
             }
         }
     };

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::resample::mutual::Shift;
+use restir_shared::resample::mutual::{Record, Shift, ShiftResult};
 use restir_shared::resample::params::ReuseParams;
 use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{EnvironmentPoint, SceneView, Still, Surface, SurfacePoint, Trace};
@@ -338,7 +338,7 @@ impl Returns {
         if there.term == 0.0 {
             return;
         }
-        let moved = found.stored.moved(there.value, there.term);
+        let moved = found.stored.moved(&ShiftResult::of(&there));
         // what it has become has to be a path of the second pixel's own, or that pixel would not shift it
         let own = picture.shift(&moved, away);
         let back = if own.term == 0.0 { own } else { picture.shift(&moved, home) };
@@ -349,7 +349,7 @@ impl Returns {
             self.lost[0] += sent;
             return;
         }
-        let returned = moved.moved(back.value, back.term).unpack();
+        let returned = moved.moved(&ShiftResult::of(&back)).unpack();
         self.changed += u64::from(!is_stored(&found.path, &returned.path));
         let error = f64::from((returned.value - found.value).abs().max_element() / found.value.max_element());
         self.off += u64::from(error > INTEGRAND);

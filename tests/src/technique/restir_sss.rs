@@ -12,7 +12,7 @@ use restir_kernels::restir_sss::sss_initial;
 use restir_shared::diffusion::{Disk, DiskNumbers, Profile};
 use restir_shared::geometry::Hit;
 use restir_shared::glam::{DVec3, Vec3};
-use restir_shared::resample::mutual::{Cause, Record, Shift, Shifted};
+use restir_shared::resample::mutual::{Cause, Record, Shift, ShiftResult, Shifted};
 use restir_shared::resample::params::ReuseParams;
 use restir_shared::scene::{AddressedLights, LightKind, Location, Probe, SceneView, Still, Surface};
 use restir_shared::technique::path::PathFlags;
@@ -25,7 +25,10 @@ use std::collections::BTreeMap;
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
     rows: &[
-        ("single scattering traced, two passes, defensive, jitter", "traced=single,spatial=2,mis=pairwise-defensive,jitter=on"),
+        (
+            "single scattering traced, two passes, defensive, jitter",
+            "traced=single,spatial=2,mis=pairwise-defensive,jitter=on",
+        ),
         ("one crossing of three segments", "crossings=one,segments=3,radius_channel=albedo,shading=selected"),
         ("delayed, no feedback", "shift=delayed,feedback=off,neighbours=2,temporal_mis=pairwise-defensive"),
     ],
@@ -205,7 +208,8 @@ impl Picture<'_> {
             Wrong::Not => right,
             Wrong::SolidAngle => right * self.subtended(taken, taken.to) / self.subtended(taken, taken.from),
             Wrong::SameProbability => {
-                let of = |origin| f64::from(self.disk(origin).0.profile.probability[taken.sample.numbers.channel as usize]);
+                let of =
+                    |origin| f64::from(self.disk(origin).0.profile.probability[taken.sample.numbers.channel as usize]);
                 right * of(taken.from) / of(taken.to)
             }
         }
@@ -285,7 +289,7 @@ impl Returns {
         if there.term == 0.0 {
             return;
         }
-        let moved = found.moved(there.value, there.term);
+        let moved = found.moved(&ShiftResult::of(&there));
         let [own, back] = [away, &home.origin].map(|origin| picture.shift(&moved, origin));
         if own.term == 0.0 || back.term == 0.0 {
             self.one_sided += 1;
@@ -350,7 +354,8 @@ impl Arrivals {
                 let (home, away) = (picture.initial(x, frame), picture.initial(y, frame));
                 let arriving = picture.shared(&home, &away.origin, wrong, true);
                 let own = picture.shared(&away, &home.origin, wrong, false);
-                let kinds = |found: &Initial| picture.label(&found.reservoir.unpack().sample, &home.origin, &away.origin);
+                let kinds =
+                    |found: &Initial| picture.label(&found.reservoir.unpack().sample, &home.origin, &away.origin);
                 let [arriving, own] = [(&home, arriving), (&away, own)].map(|(found, shared)| (kinds(found), shared));
                 for kind in LABELS {
                     let of = |(label, shared): (&'static str, f64)| if label == kind { shared } else { 0.0 };

@@ -13,7 +13,7 @@ use restir_kernels::restir_pt::{pt_merge, pt_retrace, pt_shade, pt_shift, pt_tra
 use restir_kernels::{KernelDesc, NativeRow};
 use restir_shared::glam::{DVec3, Vec3};
 use restir_shared::layout::FilmPixel;
-use restir_shared::resample::mutual::{ShiftRequest, ShiftResult};
+use restir_shared::resample::mutual::{Record, ShiftRequest, ShiftResult};
 use restir_shared::resample::params::Flags;
 use restir_shared::shift::Hybrid;
 use restir_shared::technique::restir_pt::{PackedPath, PtParams};
@@ -191,12 +191,12 @@ macro_rules! wrong_merges {
 wrong_merges! {
     no_jacobian in "cornell", "shift=hybrid": |_, _, paths, jobs, shifted| {
         for (job, shifted) in jobs.iter().zip(shifted).filter(|(_, shifted)| shifted.partial_jacobian > 0.0) {
-            shifted.partial_jacobian = paths[job.sample as usize].term();
+            shifted.partial_jacobian = paths[job.sample as usize].partial_jacobian();
         }
     };
     inverted_jacobian in "cornell", "shift=hybrid": |_, _, paths, jobs, shifted| {
         for (job, shifted) in jobs.iter().zip(shifted).filter(|(_, shifted)| shifted.partial_jacobian > 0.0) {
-            let term = paths[job.sample as usize].term();
+            let term = paths[job.sample as usize].partial_jacobian();
             shifted.partial_jacobian = term * (term / shifted.partial_jacobian);
         }
     };
@@ -207,7 +207,9 @@ wrong_merges! {
     neighbours_counted_that_cannot_have_the_path in "cornell", "shift=hybrid": |pixel, _, paths, jobs, shifted| {
         let path = &paths[pixel as usize];
         let ways_back = jobs.iter().zip(shifted).filter(|(job, shifted)| job.sample == pixel && shifted.partial_jacobian == 0.0);
-        ways_back.for_each(|(_, shifted)| *shifted = ShiftResult { value: path.value().to_array(), partial_jacobian: path.term() });
+        ways_back.for_each(|(_, shifted)| {
+            *shifted = ShiftResult { value: path.value().to_array(), partial_jacobian: path.partial_jacobian() };
+        });
     };
     neighbours_counted_for_paths_without_a_reconnection_vertex in "glass", "shift=hybrid,replays=0":
     |pixel, _, paths, jobs, shifted| {
@@ -215,7 +217,7 @@ wrong_merges! {
         let ways_back = jobs.iter().zip(shifted).filter(|(job, shifted)| job.sample == pixel && shifted.partial_jacobian == 0.0);
         if path.unpack().path.length > 0 && path.unpack().path.reconnection == 0 {
             ways_back.for_each(|(_, shifted)| {
-                *shifted = ShiftResult { value: path.value().to_array(), partial_jacobian: path.term() };
+                *shifted = ShiftResult { value: path.value().to_array(), partial_jacobian: path.partial_jacobian() };
             });
         }
     };

@@ -13,7 +13,7 @@ use restir_shared::diffusion::{Disk, DiskNumbers, Profile, TAIL};
 use restir_shared::glam::{DVec3, Vec3};
 use restir_shared::num::FLUSH_BELOW;
 use restir_shared::resample::mis::Mis;
-use restir_shared::resample::mutual::Cause;
+use restir_shared::resample::mutual::{Cause, Record};
 use restir_shared::scene::Surface;
 use restir_shared::technique::restir_sss::{Initial, Kind, PackedSubsurface, SssOrigin, SssParams};
 use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments};

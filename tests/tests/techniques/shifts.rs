@@ -8,8 +8,7 @@ use restir_kernels::restir_pt::{pt_shift, pt_trace};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec2, UVec4, Vec2, Vec3};
 use restir_shared::num::{FLUSH_BELOW, UNIT_ROUNDOFF};
-use restir_shared::resample::mutual::Shift;
-use restir_shared::resample::mutual::ShiftRequest;
+use restir_shared::resample::mutual::{Record, Shift, ShiftRequest, ShiftResult};
 use restir_shared::resample::params::{Flags, ReuseParams};
 use restir_shared::scene::{AddressedLights, LightKind, SceneFrames, SceneView, Surface, Trace};
 use restir_shared::shift::{Cause, Hybrid, Path, PathOrigin};
@@ -418,28 +417,30 @@ impl Across {
             PtParams { reuse: ReuseParams { flags: params.flags.without(Flags::BACK), ..params.reuse }, ..*params };
         // what is not taken along is not retraced in a render, and what becomes of it here does not matter
         let mut paths: Vec<PackedPath> = last.iter().map(|path| restir_pt::retrace(frames, &here, *path)).collect();
-        for (before, after) in last.iter().zip(&paths).filter(|(before, _)| before.term() > 0.0) {
+        for (before, after) in last.iter().zip(&paths).filter(|(before, _)| before.partial_jacobian() > 0.0) {
             let light = f64::from(luminance(before.value()) * before.contribution_weight());
             for (sums, of) in self.left_out.iter_mut().zip([1.0, light]) {
-                sums[0] += if after.term() > 0.0 { 0.0 } else { of };
+                sums[0] += if after.partial_jacobian() > 0.0 { 0.0 } else { of };
                 sums[1] += of;
             }
         }
-        for job in jobs.iter().filter(|job| **job != ShiftRequest::NONE && last[job.sample as usize].term() > 0.0) {
+        for job in
+            jobs.iter().filter(|job| **job != ShiftRequest::NONE && last[job.sample as usize].partial_jacobian() > 0.0)
+        {
             let [own, origin] = [job.pixel, job.sample].map(|pixel| pixel as usize);
             let there = paths[origin].shifted(frames, &here, &starts[0][own]);
             if there.term == 0.0 {
                 continue;
             }
             let recalled = paths[own];
-            paths[own] = restir_pt::retrace(back.0, back.1, paths[origin].moved(there.value, there.term));
+            paths[own] = restir_pt::retrace(back.0, back.1, paths[origin].moved(&ShiftResult::of(&there)));
             let back = paths[own].shifted(back.0, back.1, &starts[1][origin]);
             paths[own] = recalled;
             self.one_sided += u32::from(back.term == 0.0);
             self.returned += u32::from(back.term > 0.0);
             let value = last[origin].value();
             let off = (back.value - value).abs().max_element() / value.max_element();
-            let of_term = (back.term / last[origin].term() - 1.0).abs();
+            let of_term = (back.term / last[origin].partial_jacobian() - 1.0).abs();
             self.off += u32::from(back.term > 0.0 && (off > VALUE[1] || of_term > TERM[1]));
         }
     }
@@ -492,12 +493,13 @@ fn what_cannot_be_shifted_is_not() -> Result<(), Failed> {
     let none = PathOrigin { hit: PathOrigin::NONE.hit, ..start };
     ensure(picture.shift(&stored, &start).term == 1.0 || stored.unpack().path.light_sampled, || "it is a path".into())?;
     let short = picture.with(Hybrid { replays: 0, ..Hybrid::REPLAY });
+    let with_term = |term| stored.moved(&ShiftResult { value: found.value.to_array(), partial_jacobian: term });
     for (what, shifted) in [
         ("a pixel that sees nothing", picture.shift(&stored, &none)),
         ("no path", picture.shift(&PackedPath::default(), &start)),
-        ("a path without a term", picture.shift(&stored.moved(found.value, 0.0), &start)),
-        ("a path with a term that is no number", picture.shift(&stored.moved(found.value, f32::NAN), &start)),
-        ("a path with a negative term", picture.shift(&stored.moved(found.value, -1.0), &start)),
+        ("a path without a term", picture.shift(&with_term(0.0), &start)),
+        ("a path with a term that is no number", picture.shift(&with_term(f32::NAN), &start)),
+        ("a path with a negative term", picture.shift(&with_term(-1.0), &start)),
         ("a path that may not be replayed", short.shift(&stored, &start)),
     ] {
         let refused = shifted.term == 0.0 && shifted.value == Vec3::ZERO && shifted.cause == Cause::Unshiftable;
@@ -517,7 +519,7 @@ fn records_keep_paths() -> Result<(), Failed> {
         let turned = (once.path.direction - again.path.direction).as_dvec3().length();
         let same = Stored { path: Path { direction: again.path.direction, ..once.path }, ..once } == again;
         ensure(same && turned < 8.0e-7, || format!("{once:?} becomes {again:?}"))?;
-        let moved = found.stored.moved(Vec3::ONE, 2.0).unpack();
+        let moved = found.stored.moved(&ShiftResult { value: [1.0; 3], partial_jacobian: 2.0 }).unpack();
         let expected = Stored { path: Path { term: 2.0, ..once.path }, value: Vec3::ONE, ..once };
         ensure(moved == expected, || format!("{once:?} is moved to {moved:?}"))?;
         kinds[if once.path.reconnection == 0 { 0 } else { 1 + usize::from(once.path.keeps_light()) }] += 1;

@@ -3,13 +3,14 @@
 use crate::technique::reuse::explain::Genealogy;
 use crate::technique::reuse::offers::{self, Mutually};
 use crate::technique::reuse::{
-    Before, Counts, Followed, Generation, Kernel, Layers, Lineage, Offered, Origin, Replay, Reuse, Reused, mutual, reuse_of,
+    Before, Counts, Followed, Generation, Kernel, Layers, Lineage, Offered, Origin, Replay, Reuse, Reused, mutual,
+    reuse_of,
 };
 use crate::{Error, image::Channel, replay::TwoFrames};
 use restir_kernels::path::path_entry;
 use restir_kernels::restir_sss::{sss_index, sss_initial, sss_merge, sss_recall, sss_shift};
 use restir_kernels::reuse::{reuse_pair, reuse_reproject};
-use restir_shared::resample::mutual::{Shift, Shifted};
+use restir_shared::resample::mutual::{Record, Shift, Shifted};
 use restir_shared::scene::Frames;
 use restir_shared::technique::path::hybrid::PackedEntry;
 use restir_shared::technique::restir_sss::{self as sss, Kind, PackedSubsurface, SssOrigin, SssParams, Stored};
@@ -46,7 +47,7 @@ impl Reused for PackedSubsurface {
     }
 
     fn confidence(&self) -> f32 {
-        self.confidence()
+        Record::confidence(self)
     }
 
     fn reuse(pass: &Followed<Self>) -> Reuse {
@@ -116,9 +117,12 @@ impl Reused for PackedSubsurface {
     /// pixel were `done` in the frame, and how many failed by which cause.
     fn channels(layers: &Layers<Self>) -> Vec<Channel> {
         let of_sample = |name, value: &dyn Fn(&sss::Sample) -> u32| {
-            layers.channel(name, |stored| {
-                if stored.contribution_weight > 0.0 { value(&stored.sample) as f32 } else { -1.0 }
-            })
+            layers.channel(
+                name,
+                |stored| {
+                    if stored.contribution_weight > 0.0 { value(&stored.sample) as f32 } else { -1.0 }
+                },
+            )
         };
         let samples = [
             layers.channel("sss.M", |stored| stored.confidence),

@@ -136,12 +136,6 @@ impl DiParams {
         }
     }
 
-    /// See [`ReuseParams::of_frame`].
-    #[must_use]
-    pub fn of_frame(self, frame: u32, camera: CameraParams) -> Self {
-        Self { reuse: self.reuse.of_frame(frame, camera), ..self }
-    }
-
     /// The parameters of [`super::initial`] in a frame that is combined with the one before it, which `camera` saw: where a glossy surface is seen from
     /// another direction than then, candidates are drawn in up to `most` more rounds, since less of history is left ([`Self::gloss_renewal`]). The
     /// host's renders have 7. Without this call there is one round. A view that has not changed needs no more.
@@ -160,12 +154,6 @@ impl DiParams {
     #[must_use]
     pub fn with_last(self, last: &LastFrame) -> Self {
         Self { reuse: ReuseParams { neighbours: 0, ..self.reuse.with_last(last) }, ..self }
-    }
-
-    /// See [`ReuseParams::with_neighbours`].
-    #[must_use]
-    pub fn with_neighbours(self, pass: u32) -> Self {
-        Self { reuse: self.reuse.with_neighbours(pass), ..self }
     }
 
     /// The parameters of [`super::offer`], [`super::exchange`] and [`super::gather`], by which a pixel is shaded by its own sample and those of up to

@@ -28,7 +28,7 @@ pub struct PtParams {
 
 const _: () = assert!(size_of::<PtParams>() == 364);
 
-reuses!(PtParams);
+reuses!(PtParams, in pairs);
 
 impl Extent for PtParams {
     fn extent(&self) -> [u32; 2] {
@@ -47,12 +47,6 @@ impl PtParams {
         Self { reuse, hybrid: Hybrid::by_footprint(0.02, 0.1), max_depth: 8 }
     }
 
-    /// See [`ReuseParams::of_frame`].
-    #[must_use]
-    pub fn of_frame(self, frame: u32, camera: CameraParams) -> Self {
-        Self { reuse: self.reuse.of_frame(frame, camera), ..self }
-    }
-
     /// The parameters of reuse of the last frame, where each pixel has one path. `changed` says that the scene is not what it was; then
     /// [`super::recall`] or [`super::retrace`] comes first.
     #[must_use]
@@ -62,35 +56,11 @@ impl PtParams {
         Self { reuse, ..self }
     }
 
-    /// See [`ReuseParams::with_neighbours`].
-    #[must_use]
-    pub fn with_neighbours(self, pass: u32) -> Self {
-        Self { reuse: self.reuse.with_neighbours(pass), ..self }
-    }
-
-    /// See [`ReuseParams::with_layers`].
-    #[must_use]
-    pub fn with_layers(self) -> Self {
-        Self { reuse: self.reuse.with_layers(), ..self }
-    }
-
-    /// The same with more flags.
-    #[must_use]
-    pub fn with_flags(self, more: Flags) -> Self {
-        Self { reuse: ReuseParams { flags: self.flags | more, ..self.reuse }, ..self }
-    }
-
     /// See [`ReuseParams::specialised`].
     #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn specialised(self, bits: u32) -> Self {
         Self { reuse: self.reuse.specialised(bits), ..self }
-    }
-
-    /// Whether a flag is set.
-    #[inline(always)]
-    pub(super) fn has(&self, flag: Flags) -> bool {
-        self.flags.contains(flag)
     }
 }

@@ -1,8 +1,9 @@
-//! A reservoir of a path as it lies in a plane, 64 bytes.
+//! A reservoir of a path as it lies in a plane, 64 bytes, and as what [`mutual`](crate::resample::mutual) merges.
 
 use crate::geometry::Hit;
 use crate::num::Scalar;
 use crate::pack::{LOW_24 as LOW, decode_unit_vector_48, encode_unit_vector_48, unit_24, unit_from_24};
+use crate::resample::mutual::{Record, ShiftResult};
 use crate::resample::packed::count;
 use crate::scene::LightAddress;
 use crate::shift::Path;
@@ -28,7 +29,7 @@ use glam::{UVec2, Vec2, Vec3};
 ///
 /// What decides where a path goes is stored as it is, but for the coordinates of vertex k, in 2^-24, and the direction, to
 /// 6e-7 radians. Packing what was unpacked may give another code of the direction, so a path is moved on by
-/// [`Self::moved`].
+/// [`Record::moved`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PackedPath {
@@ -89,31 +90,6 @@ impl Stored {
 }
 
 impl PackedPath {
-    /// See [`Stored::value`].
-    #[inline(always)]
-    pub fn value(&self) -> Vec3 {
-        Vec3::new(f32::from_bits(self.words[1]), f32::from_bits(self.words[2]), f32::from_bits(self.words[3]))
-    }
-
-    /// See [`Stored::contribution_weight`].
-    #[inline(always)]
-    pub fn contribution_weight(&self) -> f32 {
-        f32::from_bits(self.words[0])
-    }
-
-    /// See [`Stored::confidence`].
-    #[inline(always)]
-    pub fn confidence(&self) -> f32 {
-        (self.words[11] >> 24) as f32
-    }
-
-    /// See [`Path::term`].
-    #[doc(hidden)]
-    #[inline(always)]
-    pub fn term(&self) -> f32 {
-        f32::from_bits(self.words[7])
-    }
-
     /// The inverse of [`Stored::pack`].
     #[doc(hidden)]
     #[inline(always)]
@@ -152,19 +128,6 @@ impl PackedPath {
         }
     }
 
-    /// The same path with another contribution weight and confidence; with a weight of zero it is none.
-    #[doc(hidden)]
-    #[inline(always)]
-    #[must_use]
-    pub fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
-        let weight = contribution_weight.within_range();
-        let mut weighted = *self;
-        weighted.words[0] = weight.to_bits();
-        weighted.words[11] = (self.words[11] & LOW) | (count(confidence) << 24);
-        weighted.words[12] = if weight > 0.0 { self.words[12] } else { self.words[12] & LOW };
-        weighted
-    }
-
     /// The path in another frame, where its light may have another index, where something else may arrive at vertex k, and where it has this
     /// term. Of what is no path the words say nothing, and stay.
     #[inline(always)]
@@ -181,18 +144,48 @@ impl PackedPath {
         carried.words[7] = term.to_bits();
         carried
     }
+}
 
-    /// The path at the pixel that it was shifted to, where it has this integrand and this term.
-    #[doc(hidden)]
+impl Record for PackedPath {
     #[inline(always)]
-    #[must_use]
-    pub fn moved(&self, value: Vec3, term: f32) -> Self {
+    fn value(&self) -> Vec3 {
+        Vec3::new(f32::from_bits(self.words[1]), f32::from_bits(self.words[2]), f32::from_bits(self.words[3]))
+    }
+
+    #[inline(always)]
+    fn contribution_weight(&self) -> f32 {
+        f32::from_bits(self.words[0])
+    }
+
+    #[inline(always)]
+    fn confidence(&self) -> f32 {
+        (self.words[11] >> 24) as f32
+    }
+
+    /// See [`Path::term`].
+    #[inline(always)]
+    fn partial_jacobian(&self) -> f32 {
+        f32::from_bits(self.words[7])
+    }
+
+    #[inline(always)]
+    fn moved(&self, to: &ShiftResult) -> Self {
         let mut moved = *self;
-        moved.words[1] = value.x.to_bits();
-        moved.words[2] = value.y.to_bits();
-        moved.words[3] = value.z.to_bits();
-        moved.words[7] = term.to_bits();
+        moved.words[1] = to.value[0].to_bits();
+        moved.words[2] = to.value[1].to_bits();
+        moved.words[3] = to.value[2].to_bits();
+        moved.words[7] = to.partial_jacobian.to_bits();
         moved
+    }
+
+    #[inline(always)]
+    fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
+        let weight = contribution_weight.within_range();
+        let mut weighted = *self;
+        weighted.words[0] = weight.to_bits();
+        weighted.words[11] = (self.words[11] & LOW) | (count(confidence) << 24);
+        weighted.words[12] = if weight > 0.0 { self.words[12] } else { self.words[12] & LOW };
+        weighted
     }
 }
 

@@ -1,13 +1,12 @@
-//! Paths in planes, as what [`mutual`](crate::resample::mutual) shifts and merges.
+//! Paths in planes, as what [`mutual`](crate::resample::mutual) shifts.
 
 use super::recall::carry;
 use super::{PackedPath, PathNumbers, PtParams};
 use crate::num;
-use crate::resample::mutual::{Record, Shift, ShiftResult, Shifted};
+use crate::resample::mutual::{Shift, Shifted};
 use crate::resample::params::Flags;
 use crate::scene::Frames;
 use crate::shift::{self, KeptPath, Path, PathOrigin};
-use glam::Vec3;
 
 /// A path in the frame of the origin that it is shifted to. What comes the other way has been recalled.
 struct Carried<'a, F> {
@@ -49,38 +48,6 @@ impl<F: Frames> KeptPath for Carried<'_, F> {
             carry(self.frames, self.params, false, &mut path);
         }
         path
-    }
-}
-
-impl Record for PackedPath {
-    #[inline(always)]
-    fn value(&self) -> Vec3 {
-        self.value()
-    }
-
-    #[inline(always)]
-    fn contribution_weight(&self) -> f32 {
-        self.contribution_weight()
-    }
-
-    #[inline(always)]
-    fn confidence(&self) -> f32 {
-        self.confidence()
-    }
-
-    #[inline(always)]
-    fn partial_jacobian(&self) -> f32 {
-        self.term()
-    }
-
-    #[inline(always)]
-    fn moved(&self, to: &ShiftResult) -> Self {
-        self.moved(Vec3::from_array(to.value), to.partial_jacobian)
-    }
-
-    #[inline(always)]
-    fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
-        self.weighted(contribution_weight, confidence)
     }
 }
 

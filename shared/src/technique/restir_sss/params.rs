@@ -35,7 +35,7 @@ pub struct SssParams {
 
 const _: () = assert!(size_of::<SssParams>() == 360);
 
-reuses!(SssParams);
+reuses!(SssParams, in pairs);
 
 impl Extent for SssParams {
     fn extent(&self) -> [u32; 2] {
@@ -54,12 +54,6 @@ impl SssParams {
         Self { reuse, profile: PathFlags::WHOLE, lambert_below, reconnected_beyond, segments: 1, max_depth: 3 }
     }
 
-    /// See [`ReuseParams::of_frame`].
-    #[must_use]
-    pub fn of_frame(self, frame: u32, camera: CameraParams) -> Self {
-        Self { reuse: self.reuse.of_frame(frame, camera), ..self }
-    }
-
     /// The parameters of reuse of the last frame, where each pixel has one sample. `changed` says that the scene is not what it was; then
     /// [`super::recall`] comes first.
     #[must_use]
@@ -71,36 +65,12 @@ impl SssParams {
         Self { reuse, ..self }
     }
 
-    /// See [`ReuseParams::with_neighbours`].
-    #[must_use]
-    pub fn with_neighbours(self, pass: u32) -> Self {
-        Self { reuse: self.reuse.with_neighbours(pass), ..self }
-    }
-
-    /// See [`ReuseParams::with_layers`].
-    #[must_use]
-    pub fn with_layers(self) -> Self {
-        Self { reuse: self.reuse.with_layers(), ..self }
-    }
-
-    /// The same with more flags.
-    #[must_use]
-    pub fn with_flags(self, more: Flags) -> Self {
-        Self { reuse: ReuseParams { flags: self.flags | more, ..self.reuse }, ..self }
-    }
-
     /// See [`ReuseParams::specialised`]; the word has the flags of the profile, too.
     #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn specialised(self, bits: u32) -> Self {
         Self { reuse: self.reuse.specialised(bits), profile: self.profile.specialised(bits), ..self }
-    }
-
-    /// Whether a flag is set.
-    #[inline(always)]
-    pub(super) fn has(&self, flag: Flags) -> bool {
-        self.flags.contains(flag)
     }
 
     /// The height of a pixel at the distance 1 from the camera of this frame, or of the other one.

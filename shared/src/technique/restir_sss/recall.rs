@@ -1,6 +1,7 @@
 //! What has become of the last frame's samples since.
 
 use super::record::PackedSubsurface;
+use crate::resample::mutual::Record;
 use crate::scene::Frames;
 
 /// A sample of the other frame in a scene that has changed since: its light has another index, or shines no more. Points keep their addresses.

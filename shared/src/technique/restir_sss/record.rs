@@ -1,11 +1,14 @@
-//! A reservoir of a sample under the surface as it lies in a plane, 48 bytes.
+//! A reservoir of a sample under the surface as it lies in a plane, 48 bytes, and as what [`mutual`](crate::resample::mutual)
+//! merges.
 
 use crate::diffusion::DiskNumbers;
 use crate::geometry::{Hit, Ray};
-use crate::num::Scalar;
+use crate::num::{self, Scalar};
 use crate::pack::{LOW_24, floor_24, unit_24, unit_from_24};
+use crate::resample::mutual::{Record, ShiftResult};
 use crate::resample::packed::count;
 use crate::scene::LightAddress;
+use crate::vec::luminance;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
@@ -131,30 +134,6 @@ impl Stored {
 }
 
 impl PackedSubsurface {
-    /// See [`Stored::value`].
-    #[inline(always)]
-    pub fn value(&self) -> Vec3 {
-        Vec3::new(f32::from_bits(self.words[1]), f32::from_bits(self.words[2]), f32::from_bits(self.words[3]))
-    }
-
-    /// See [`Stored::contribution_weight`].
-    #[inline(always)]
-    pub fn contribution_weight(&self) -> f32 {
-        f32::from_bits(self.words[0])
-    }
-
-    /// See [`Stored::confidence`].
-    #[inline(always)]
-    pub fn confidence(&self) -> f32 {
-        (self.words[6] >> 24) as f32
-    }
-
-    /// See [`Sample::partial_jacobian`].
-    #[inline(always)]
-    pub fn partial_jacobian(&self) -> f32 {
-        f32::from_bits(self.words[4])
-    }
-
     /// The inverse of [`Stored::pack`].
     #[inline(always)]
     pub fn unpack(&self) -> Stored {
@@ -182,28 +161,6 @@ impl PackedSubsurface {
         }
     }
 
-    /// The same sample with another contribution weight and confidence.
-    #[inline(always)]
-    #[must_use]
-    pub fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
-        let mut weighted = *self;
-        weighted.words[0] = contribution_weight.within_range().to_bits();
-        weighted.words[6] = (self.words[6] & LOW_24) | (count(confidence) << 24);
-        weighted
-    }
-
-    /// The sample at the pixel that it was shifted to, where it has this integrand and this partial Jacobian.
-    #[inline(always)]
-    #[must_use]
-    pub fn moved(&self, value: Vec3, partial_jacobian: f32) -> Self {
-        let mut moved = *self;
-        moved.words[1] = value.x.to_bits();
-        moved.words[2] = value.y.to_bits();
-        moved.words[3] = value.z.to_bits();
-        moved.words[4] = partial_jacobian.to_bits();
-        moved
-    }
-
     /// The sample with this light in place of its own.
     #[inline(always)]
     #[must_use]
@@ -213,6 +170,53 @@ impl PackedSubsurface {
         lit.words[9] = (light.u & LOW_24) | (self.words[9] & !LOW_24);
         lit.words[10] = (light.v & LOW_24) | (self.words[10] & !LOW_24);
         lit
+    }
+}
+
+impl Record for PackedSubsurface {
+    #[inline(always)]
+    fn value(&self) -> Vec3 {
+        Vec3::new(f32::from_bits(self.words[1]), f32::from_bits(self.words[2]), f32::from_bits(self.words[3]))
+    }
+
+    #[inline(always)]
+    fn contribution_weight(&self) -> f32 {
+        f32::from_bits(self.words[0])
+    }
+
+    #[inline(always)]
+    fn confidence(&self) -> f32 {
+        (self.words[6] >> 24) as f32
+    }
+
+    /// See [`Sample::partial_jacobian`].
+    #[inline(always)]
+    fn partial_jacobian(&self) -> f32 {
+        f32::from_bits(self.words[4])
+    }
+
+    /// The luminance of what the sample is worth, whatever its sign: a profile less what has scattered once may be negative.
+    #[inline(always)]
+    fn target(value: Vec3) -> f32 {
+        luminance(Vec3::new(num::abs(value.x), num::abs(value.y), num::abs(value.z)))
+    }
+
+    #[inline(always)]
+    fn moved(&self, to: &ShiftResult) -> Self {
+        let mut moved = *self;
+        moved.words[1] = to.value[0].to_bits();
+        moved.words[2] = to.value[1].to_bits();
+        moved.words[3] = to.value[2].to_bits();
+        moved.words[4] = to.partial_jacobian.to_bits();
+        moved
+    }
+
+    #[inline(always)]
+    fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
+        let mut weighted = *self;
+        weighted.words[0] = contribution_weight.within_range().to_bits();
+        weighted.words[6] = (self.words[6] & LOW_24) | (count(confidence) << 24);
+        weighted
     }
 }
 

@@ -1,4 +1,4 @@
-//! Samples in planes, as what [`mutual`](crate::resample::mutual) shifts and merges.
+//! Samples in planes, as what [`mutual`](crate::resample::mutual) shifts.
 
 use super::SssParams;
 use super::evaluate::{Evaluated, evaluate};
@@ -6,12 +6,9 @@ use super::origin::{Entrance, SssOrigin};
 use super::record::{Kind, PackedSubsurface, Sample, Stored};
 use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};
-use crate::num;
-use crate::resample::mutual::{Cause, Record, Shift, ShiftResult, Shifted};
+use crate::resample::mutual::{Cause, Record, Shift, Shifted};
 use crate::resample::params::Flags;
 use crate::scene::{AddressedLights, Frames, Probe, Surface, Trace};
-use crate::vec::luminance;
-use glam::Vec3;
 
 impl<F> Shift<F> for PackedSubsurface
 where
@@ -75,42 +72,4 @@ fn replayed<S: Surface + Probe>(scene: &S, sample: &Sample, entrance: &Entrance)
     let segment = entrance.profile.disk.segment(&sample.numbers);
     let key = Sample::key(&sample.numbers, scene.features());
     scene.probe(&Ray { key, ..segment }, entrance.body).listed(sample.crossing as usize)
-}
-
-impl Record for PackedSubsurface {
-    #[inline(always)]
-    fn value(&self) -> Vec3 {
-        self.value()
-    }
-
-    #[inline(always)]
-    fn contribution_weight(&self) -> f32 {
-        self.contribution_weight()
-    }
-
-    #[inline(always)]
-    fn confidence(&self) -> f32 {
-        self.confidence()
-    }
-
-    #[inline(always)]
-    fn partial_jacobian(&self) -> f32 {
-        self.partial_jacobian()
-    }
-
-    /// The luminance of what the sample is worth, whatever its sign: a profile less what has scattered once may be negative.
-    #[inline(always)]
-    fn target(value: Vec3) -> f32 {
-        luminance(Vec3::new(num::abs(value.x), num::abs(value.y), num::abs(value.z)))
-    }
-
-    #[inline(always)]
-    fn moved(&self, to: &ShiftResult) -> Self {
-        self.moved(Vec3::from_array(to.value), to.partial_jacobian)
-    }
-
-    #[inline(always)]
-    fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
-        self.weighted(contribution_weight, confidence)
-    }
 }
