@@ -59,8 +59,11 @@ fn section(view: &View) -> String {
         errors.join(", ")
     );
     for (title, frames) in [("the last frame".to_owned(), 1), (format!("the mean of {FRAMES} frames"), FRAMES)] {
-        let _ = write!(text, "\n| {title} {head}\n{rule}\n");
-        view.rows.iter().filter(|row| row.frames == frames).for_each(|row| text += &line(view, row));
+        let rows: Vec<_> = view.rows.iter().filter(|row| row.frames == frames).collect();
+        if !rows.is_empty() {
+            let _ = write!(text, "\n| {title} {head}\n{rule}\n");
+        }
+        rows.into_iter().for_each(|row| text += &line(view, row));
     }
     text
 }

@@ -7,8 +7,8 @@ use crate::num::{UNIT_ROUNDOFF, abs, atan2, div, max, min, sin_cos, sqrt};
 use crate::vec::{Frame, flush, length};
 use glam::{Vec3, Vec4};
 
-/// Probabilities of the axes: the normal, and the two tangents.
-const AXES: [f32; 3] = [0.5, 0.25, 0.25];
+/// Probabilities of the axes: the normal, and each of the two tangents.
+const AXES: [f32; 2] = [0.5, 0.25];
 const DENSITY_SCALE: f32 = 1.0 / (1.0 - TAIL);
 
 /// Which axes and channels count as able to find a point.
@@ -97,8 +97,7 @@ impl Disk {
     /// a segment meets is a sample. Where one of n hits is taken, it is an n-th of it.
     #[inline(always)]
     pub fn density(&self, point: Vec3, normal: Vec3) -> f32 {
-        let densities = self.densities(point, normal);
-        sum(densities[0]) + sum(densities[1]) + sum(densities[2])
+        Around::new(self, point, normal).densities()
     }
 
     /// With which probability a segment has the channel of these numbers. Where it is another one at another point, so is the share of the channel's
@@ -122,18 +121,24 @@ impl Disk {
     /// density, which is given, too; if that is zero, no numbers do.
     #[inline(always)]
     pub fn invert(&self, point: Vec3, normal: Vec3, u: f32) -> (DiskNumbers, f32) {
-        let densities = self.densities(point, normal);
-        let all = sum(densities[0]) + sum(densities[1]) + sum(densities[2]);
-        let (mut technique, mut found, mut left) = (0, 0, u * all);
-        while technique < 9 {
-            let share = component(densities[technique / 3], technique as u32 % 3);
-            // the last one with a share stands for what rounding leaves
-            found = if (share > 0.0) & (left >= 0.0) { technique as u32 } else { found };
-            left -= share;
-            technique += 1;
+        let around = Around::new(self, point, normal);
+        let all = around.densities();
+        let (mut found, mut left) = ([0, 0], u * all);
+        let mut axis = 0;
+        while axis < 3 {
+            let shares = around.density(axis);
+            let mut channel = 0;
+            while channel < 3 {
+                let share = component(shares, channel);
+                // the last one with a share stands for what rounding leaves
+                found = if (share > 0.0) & (left >= 0.0) { [axis, channel] } else { found };
+                left -= share;
+                channel += 1;
+            }
+            axis += 1;
         }
-        let (axis, channel) = (found / 3, found % 3);
-        let beside = folded(axis, self.frame.to_local(point - self.centre));
+        let [axis, channel] = found;
+        let beside = folded(axis, around.beside);
         let distance = component(self.profile.distance, channel);
         let radius = plane_length(beside);
         let turn = atan2(beside.y, beside.x);
@@ -142,27 +147,50 @@ impl Disk {
         let radius = invert_radius(x);
         (DiskNumbers { axis, channel, radius, turn: min(turn, 1.0 - UNIT_ROUNDOFF) }, all)
     }
+}
 
-    /// The densities by axis and channel, each times its probability. They are flushed, since a subnormal one has no finite inverse.
+/// A point as a disk sees it.
+struct Around {
+    /// Where it lies from the centre, in the disk's frame.
+    beside: Vec3,
+    /// The point's normal in the same frame.
+    cosines: Vec3,
+    channels: Channels,
+    /// Of the channels that can find it the probabilities.
+    scale: Vec3,
+}
+
+impl Around {
     #[inline(always)]
-    fn densities(&self, point: Vec3, normal: Vec3) -> [Vec3; 3] {
-        let beside = self.frame.to_local(point - self.centre);
-        let cosines = self.frame.to_local(normal);
-        let channels = Channels::new(&self.profile);
-        let scale = if self.support == Support::Exact {
-            self.profile.within(length(beside), self.profile.probability)
+    fn new(disk: &Disk, point: Vec3, normal: Vec3) -> Self {
+        let beside = disk.frame.to_local(point - disk.centre);
+        let profile = &disk.profile;
+        let scale = if disk.support == Support::Exact {
+            profile.within(length(beside), profile.probability)
         } else {
-            self.profile.probability
+            profile.probability
         };
-        let mut densities = [Vec3::ZERO; 3];
-        let mut axis = 0;
+        Self { beside, cosines: disk.frame.to_local(normal), channels: Channels::new(profile), scale }
+    }
+
+    /// The sum over axes and channels.
+    #[inline(always)]
+    fn densities(&self) -> f32 {
+        let (mut all, mut axis) = (0.0, 0);
         while axis < 3 {
-            let radius = plane_length(folded(axis as u32, beside));
-            let cosine = abs(folded(axis as u32, cosines).z);
-            densities[axis] = flush(channels.at(radius) * scale * (DENSITY_SCALE * AXES[axis] * cosine));
+            all += sum(self.density(axis));
             axis += 1;
         }
-        densities
+        all
+    }
+
+    /// The densities of an axis by channel, each times its probability. They are flushed, since a subnormal one has no finite inverse.
+    #[inline(always)]
+    fn density(&self, axis: u32) -> Vec3 {
+        let radius = plane_length(folded(axis, self.beside));
+        let cosine = abs(folded(axis, self.cosines).z);
+        let probability = if axis == 0 { AXES[0] } else { AXES[1] };
+        flush(self.channels.at(radius) * self.scale * (DENSITY_SCALE * probability * cosine))
     }
 }
 

@@ -123,6 +123,8 @@ impl Crossings {
         Self { count: u32::MAX, ..self }
     }
 
+    /// The hit at a place of the list; [`Hit::MISS`] beyond its end.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn listed(&self, index: usize) -> Hit {
         if index >= self.held() {

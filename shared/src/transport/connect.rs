@@ -6,7 +6,7 @@ use crate::geometry::Ray;
 use crate::medium::transmittance;
 use crate::num;
 use crate::sampling::henyey_greenstein_between;
-use crate::scene::{AddressedLight, LightKind, LightSample};
+use crate::scene::{AddressedLight, LightKind, LightSample, Location};
 use crate::vec::{dot, flush, max_component};
 use glam::Vec3;
 
@@ -147,6 +147,14 @@ pub fn connect_inside(position: Vec3, direction: Vec3, anisotropy: f32, afar: bo
         scatter_pdf: if light.is_punctual() { 0.0 } else { pdf },
         ..connection
     }
+}
+
+/// The shadow ray of [`Vertex::connect`] from a place on a surface.
+#[inline(always)]
+pub(crate) fn shadow_ray(at: &Location, light: &LightSample) -> Ray {
+    let towards = if light.at_infinity() { light.position } else { light.position - at.position };
+    let offset = if dot(at.normal, towards) < 0.0 { -at.offset } else { at.offset };
+    Reach::new(at.position + at.normal * offset, light).shadow
 }
 
 impl Connection {

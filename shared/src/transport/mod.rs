@@ -33,6 +33,7 @@ mod vertex;
 mod weight;
 
 pub use connect::Connection;
+pub(crate) use connect::shadow_ray;
 pub(crate) use single_scattering::{COLLISION_MARGIN, GRAZING_COSINE};
 pub use vertex::{Departure, Vertex};
 pub use weight::Chosen;

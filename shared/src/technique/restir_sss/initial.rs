@@ -1,10 +1,11 @@
 //! Initial samples: of all points that a pixel's segments find, one with its light.
 
-use super::evaluate::{Evaluated, evaluate};
+use super::evaluate::evaluate;
 use super::origin::{Entrance, SssOrigin};
 use super::record::{Kind, PackedSubsurface, Sample, Stored};
 use super::{SELECTIONS, SssParams};
 use crate::bsdf::Material;
+use crate::diffusion::DiskNumbers;
 use crate::film::CUT;
 use crate::geometry::{Crossings, Hit, PackedHit, Ray};
 use crate::num;
@@ -16,6 +17,7 @@ use crate::rng::{self, Rng};
 use crate::scene::{AddressedLights, LightAddress, Probe, Surface, Trace};
 use crate::technique::path::PathFlags;
 use crate::technique::path::hybrid::{Entry, PackedEntry, Segment};
+use crate::transport::shadow_ray;
 use crate::vec::length;
 use glam::Vec3;
 
@@ -30,12 +32,31 @@ pub struct Initial {
     pub reservoir: PackedSubsurface,
 }
 
-/// A candidate that was kept.
+/// A candidate, as little of it as has to be kept while others are looked at.
 #[derive(Clone, Copy)]
 struct Candidate {
-    sample: Sample,
+    hit: Hit,
+    /// Which of the pixel's segments has found it, and which of its hits it is.
+    segment: u32,
+    crossing: u32,
+    light: LightAddress,
+    kind: Kind,
+    partial_jacobian: f32,
     value: Vec3,
     shadow: Ray,
+}
+
+impl Candidate {
+    const NONE: Self = Self {
+        hit: Hit::MISS,
+        segment: 0,
+        crossing: 0,
+        light: LightAddress::NONE,
+        kind: Kind::Kept,
+        partial_jacobian: 1.0,
+        value: Vec3::ZERO,
+        shadow: Ray::NONE,
+    };
 }
 
 /// Looks for points of the profile where the path of the pixel `at` enters a body, draws a light for each, and keeps one.
@@ -67,8 +88,7 @@ fn candidates<S: Trace + Surface<Material = Material> + AddressedLights + Probe>
     entrance: &Entrance,
     rng: &Rng,
 ) -> PackedSubsurface {
-    let none = Candidate { sample: Sample::NONE, value: Vec3::ZERO, shadow: Ray::NONE };
-    let mut reservoir = Reservoir::empty(none);
+    let mut reservoir = Reservoir::empty(Candidate::NONE);
     let one = params.profile.contains(PathFlags::ONE_CROSSING);
     let per_segment = num::recip(params.segments as f32);
     let mut cut = false;
@@ -88,21 +108,29 @@ fn candidates<S: Trace + Surface<Material = Material> + AddressedLights + Probe>
             let hit = if is_entry { entrance.hit } else { crossings.listed(crossing) };
             let counts = is_entry | !one | (crossing == chosen);
             if hit.is_hit() & counts {
-                let crossing = crossing as u32;
-                let found = Sample { hit, numbers, crossing, ..Sample::NONE };
+                let found = Candidate { hit, segment: index, crossing: crossing as u32, ..Candidate::NONE };
                 let each = if is_entry { per_segment } else { each };
-                let words = segment.light(crossing);
-                let (candidate, density) = draw(scene, params, entrance, found, scene.choose_address(words));
+                let (candidate, density) = draw(scene, params, entrance, (found, &numbers), segment);
                 let target = PackedSubsurface::target(candidate.value);
                 let per_density = if density > 0.0 { num::div(each, density) } else { 0.0 };
-                let dimension = SELECTIONS + index * (Crossings::LISTED as u32 + 1) + crossing;
+                let dimension = SELECTIONS + index * (Crossings::LISTED as u32 + 1) + candidate.crossing;
                 reservoir.update(candidate, target * per_density, 1.0, rng::unit(rng.hash(dimension).x));
             }
             crossing += 1;
         }
         index += 1;
     }
-    kept(scene, &reservoir, cut)
+    if cut {
+        // no sample of any pixel is like it, and the film counts it
+        let sample = Sample { hit: Hit::MISS, ..Sample::NONE };
+        return Stored { sample, value: CUT, contribution_weight: 1.0, confidence: 1.0 }.pack();
+    }
+    let Candidate { hit, segment, crossing, light, kind, partial_jacobian, value, shadow } = reservoir.sample;
+    let weight = reservoir.contribution_weight(1.0, PackedSubsurface::target(value));
+    let numbers = entrance.profile.numbers(Segment::new(rng, segment).words(), segment, per_segment);
+    let open = weight > 0.0 && !scene.occluded(&shadow);
+    let sample = Sample { hit, light, numbers, crossing, kind, partial_jacobian };
+    Stored { sample, value, contribution_weight: if open { weight } else { 0.0 }, confidence: 1.0 }.pack()
 }
 
 /// A found point with a light, and with which density both are drawn.
@@ -111,13 +139,14 @@ fn draw<S: Surface<Material = Material> + AddressedLights>(
     scene: &S,
     params: &SssParams,
     entrance: &Entrance,
-    found: Sample,
-    address: LightAddress,
+    (found, numbers): (Candidate, &DiskNumbers),
+    segment: Segment,
 ) -> (Candidate, f32) {
     let at = scene.location(&found.hit);
-    let light = scene.light_at(address);
+    // what the profile says first, then the light: so that little is kept at a time
     let is_entry = found.crossing == Crossings::LISTED as u32;
     let density = if is_entry { 1.0 } else { entrance.density(&at) };
+    let worth = if is_entry { entrance.lambert() } else { entrance.worth(&at) };
     let kind = if is_entry {
         Kind::AtEntry
     } else if params.replays(entrance.is_connectable(&at)) {
@@ -125,26 +154,14 @@ fn draw<S: Surface<Material = Material> + AddressedLights>(
     } else {
         Kind::Kept
     };
-    let Evaluated { value, light_density, shadow } = evaluate(scene, entrance, (&found.hit, &at, kind), &light);
+    let partial_jacobian = if kind == Kind::Replayed { entrance.partial_jacobian(numbers, density) } else { 1.0 };
+    let address = scene.choose_address(segment.light(found.crossing));
+    let light = scene.light_at(address);
+    let value = evaluate(scene, (&found.hit, &at), worth, &light);
     let value = if address.is_light() { value } else { Vec3::ZERO };
-    let partial_jacobian =
-        if kind == Kind::Replayed { entrance.partial_jacobian(&found.numbers, density) } else { 1.0 };
-    let sample = Sample { light: address, kind, partial_jacobian, ..found };
-    (Candidate { sample, value, shadow }, density * light_density)
-}
-
-/// What is left of candidates once the light of the chosen one was looked for.
-#[inline(always)]
-fn kept<S: Trace>(scene: &S, reservoir: &Reservoir<Candidate, f32>, cut: bool) -> PackedSubsurface {
-    let Candidate { sample, value, shadow } = reservoir.sample;
-    let weight = reservoir.contribution_weight(1.0, PackedSubsurface::target(value));
-    let open = weight > 0.0 && !scene.occluded(&shadow);
-    if cut {
-        // no sample of any pixel is like it, and the film counts it
-        let sample = Sample { hit: Hit::MISS, ..Sample::NONE };
-        return Stored { sample, value: CUT, contribution_weight: 1.0, confidence: 1.0 }.pack();
-    }
-    Stored { sample, value, contribution_weight: if open { weight } else { 0.0 }, confidence: 1.0 }.pack()
+    let shadow = shadow_ray(&at, &light.sample);
+    let candidate = Candidate { light: address, kind, partial_jacobian, value, shadow, ..found };
+    (candidate, density * (light.sample.density * light.extent))
 }
 
 impl SssParams {

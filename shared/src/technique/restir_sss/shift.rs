@@ -1,7 +1,7 @@
 //! Samples in planes, as what [`mutual`](crate::resample::mutual) shifts.
 
 use super::SssParams;
-use super::evaluate::{Evaluated, evaluate};
+use super::evaluate::evaluate;
 use super::origin::{Entrance, SssOrigin};
 use super::record::{Kind, PackedSubsurface, Sample, Stored};
 use crate::bsdf::Material;
@@ -9,6 +9,7 @@ use crate::geometry::{Hit, Ray};
 use crate::resample::mutual::{Cause, Record, Shift, Shifted};
 use crate::resample::params::Flags;
 use crate::scene::{AddressedLights, Frames, Probe, Surface, Trace};
+use crate::transport::shadow_ray;
 
 impl<F> Shift<F> for PackedSubsurface
 where
@@ -52,17 +53,20 @@ fn shifted<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
     if (sample.kind != Kind::AtEntry) & (params.replays(entrance.is_connectable(&at)) != is_replayed) {
         return Shifted::failed(Cause::Joins);
     }
+    // what the profile says first, then the light: so that little is kept at a time
+    let is_entry = sample.kind == Kind::AtEntry;
+    let worth = if is_entry { entrance.lambert() } else { entrance.worth(&at) };
+    let term = if is_replayed { entrance.partial_jacobian(&sample.numbers, entrance.density(&at)) } else { 1.0 };
     let light = scene.light_at(sample.light);
-    let Evaluated { value, shadow, .. } = evaluate(scene, &entrance, (&hit, &at, sample.kind), &light);
+    let value = evaluate(scene, (&hit, &at), worth, &light);
     // what is kept lies where it was found to be lit
     let asks = (sample.kind != Kind::Kept) | params.has(Flags::CHANGED);
     if PackedSubsurface::target(value) <= 0.0 {
         return Shifted::failed(Cause::Dark);
     }
-    if asks && scene.occluded(&shadow) {
+    if asks && scene.occluded(&shadow_ray(&at, &light.sample)) {
         return Shifted::failed(Cause::Blocked);
     }
-    let term = if is_replayed { entrance.partial_jacobian(&sample.numbers, entrance.density(&at)) } else { 1.0 };
     Shifted { value, term, cause: if term > 0.0 { Cause::Nothing } else { Cause::Broken } }
 }
 

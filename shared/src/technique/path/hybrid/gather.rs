@@ -86,13 +86,13 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
             let listed = if lambert { entry.hit } else { crossings.listed(index) };
             let hit = if one & !lambert { only(chosen, index) } else { listed };
             if hit.is_hit() {
-                let any = Ray { direction: at.normal, ..Ray::NONE };
-                let point = scene.surface(&any, &hit);
+                let point = scene.location(&hit);
                 let worth = profile.worth(point.position, point.normal) * each;
                 let worth = outside * if lambert { profile.lambert * per_segment } else { worth };
                 if max_abs(worth) > 0.0 {
+                    let any = Ray { direction: at.normal, ..Ray::NONE };
                     let dimension = drawn.of_point(index as u32);
-                    sum += self::light(scene, params, (&point, worth), rng, dimension, choice);
+                    sum += self::light(scene, params, (&scene.surface(&any, &hit), worth), rng, dimension, choice);
                 }
             }
             index += 1;
