@@ -50,6 +50,9 @@ pub struct Disk {
 }
 
 impl DiskNumbers {
+    /// Of no segment in particular.
+    pub(crate) const NONE: Self = Self { axis: 0, channel: 0, radius: 0.0, turn: 0.0 };
+
     /// Chooses axis and channel by the first two of four numbers in [0, 1); the other two are kept.
     #[inline(always)]
     pub fn new(u: Vec4, profile: &Profile) -> Self {

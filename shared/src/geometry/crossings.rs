@@ -47,12 +47,11 @@ impl Crossings {
         }
     }
 
-    /// One of the hits, each with the probability 1 / `count`, by `u` in [0, 1); [`Hit::MISS`] if there is none, and in the place of each
-    /// that is not listed.
+    /// The place of one of the hits, each with the probability 1 / `count`, by `u` in [0, 1). It may be one that is not listed.
     #[doc(hidden)]
     #[inline(always)]
-    pub fn one_of(&self, u: f32) -> Hit {
-        self.listed((u * self.count as f32) as usize)
+    pub fn one_of(&self, u: f32) -> u32 {
+        (u * self.count as f32) as u32
     }
 
     /// With a hit more, of another triangle than those before.
@@ -113,6 +112,9 @@ impl Crossings {
 
 #[cfg(target_arch = "spirv")]
 impl Crossings {
+    /// The object is not met.
+    pub const NONE: Self = Self { count: 0, memory: Scratch { invocation: 0 } };
+
     #[inline(always)]
     pub(super) fn none(memory: Scratch) -> Self {
         Self { count: 0, memory }

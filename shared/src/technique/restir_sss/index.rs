@@ -8,6 +8,7 @@ use crate::geometry::{Crossings, Ray};
 use crate::resample::params::Flags;
 use crate::rng;
 use crate::scene::{Probe, Surface};
+use crate::technique::path::hybrid::segment_key;
 
 /// Makes the sample of the pixel `at` ready for the other shift, at its own origin: the sequential shift of Werner et al. 2024 (supplemental, §2 and §4).
 ///
@@ -36,7 +37,7 @@ pub fn index<S: Surface<Material = Material> + Probe>(
         if inverts { entrance.profile.disk.invert(point.position, point.normal, u).0 } else { stored.sample.numbers };
     // as they are stored, for it is these that are replayed
     let numbers = Sample::stored_numbers(&drawn);
-    let key = Sample::key(&numbers, scene.features());
+    let key = segment_key(&numbers, scene.features());
     let crossings = scene.probe(&Ray { key, ..entrance.profile.disk.segment(&numbers) }, entrance.body);
     let mut found = Crossings::LISTED;
     let mut hit = stored.sample.hit;

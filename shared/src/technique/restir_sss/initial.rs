@@ -5,9 +5,8 @@ use super::origin::{Entrance, SssOrigin};
 use super::record::{Kind, PackedSubsurface, Sample, Stored};
 use super::{SELECTIONS, SssParams};
 use crate::bsdf::Material;
-use crate::diffusion::DiskNumbers;
 use crate::film::CUT;
-use crate::geometry::{Crossings, Hit, PackedHit, Ray};
+use crate::geometry::{Hit, PackedHit, Ray};
 use crate::num;
 use crate::resample::mutual::Record;
 use crate::resample::params::Flags;
@@ -16,9 +15,9 @@ use crate::resample::similar::{GBufferSurface, PackedSurface};
 use crate::rng::{self, Rng};
 use crate::scene::{AddressedLights, LightAddress, Probe, Surface, Trace};
 use crate::technique::path::PathFlags;
-use crate::technique::path::hybrid::{Entry, PackedEntry, Segment};
+use crate::technique::path::hybrid::{ENTRY, Entry, Found, PackedEntry, Points, Segment};
 use crate::transport::shadow_ray;
-use crate::vec::length;
+use crate::vec::{length, max_abs};
 use glam::Vec3;
 
 /// What a pixel's entry gives.
@@ -89,45 +88,24 @@ fn candidates<S: Trace + Surface<Material = Material> + AddressedLights + Probe>
     rng: &Rng,
 ) -> PackedSubsurface {
     let mut reservoir = Reservoir::empty(Candidate::NONE);
-    let one = params.profile.contains(PathFlags::ONE_CROSSING);
-    let per_segment = num::recip(params.segments as f32);
-    let mut cut = false;
-    let mut index = 0;
-    while (index < params.segments) & !cut {
-        let segment = Segment::new(rng, index);
-        let numbers = entrance.profile.numbers(segment.words(), index, per_segment);
-        let key = Sample::key(&numbers, scene.features());
-        let crossings = scene.probe(&Ray { key, ..entrance.profile.disk.segment(&numbers) }, entrance.body);
-        cut = crossings.is_cut();
-        let chosen = (rng::unit(segment.chances().x) * crossings.count as f32) as usize;
-        let each = per_segment * if one { crossings.count as f32 } else { 1.0 };
-        let mut crossing = 0;
-        while (crossing <= Crossings::LISTED) & !cut {
-            // the last is the entry, where channels are Lambertian
-            let is_entry = crossing == Crossings::LISTED;
-            let hit = if is_entry { entrance.hit } else { crossings.listed(crossing) };
-            let counts = is_entry | !one | (crossing == chosen);
-            if hit.is_hit() & counts {
-                let found = Candidate { hit, segment: index, crossing: crossing as u32, ..Candidate::NONE };
-                let each = if is_entry { per_segment } else { each };
-                let (candidate, density) = draw(scene, params, entrance, (found, &numbers), segment);
-                let target = PackedSubsurface::target(candidate.value);
-                let per_density = if density > 0.0 { num::div(each, density) } else { 0.0 };
-                let dimension = SELECTIONS + index * (Crossings::LISTED as u32 + 1) + candidate.crossing;
-                reservoir.update(candidate, target * per_density, 1.0, rng::unit(rng.hash(dimension).x));
-            }
-            crossing += 1;
-        }
-        index += 1;
+    let mut points = Points::new(params.segments, params.profile.contains(PathFlags::ONE_CROSSING));
+    while points.go_on() {
+        let found = points.next(scene, rng, &entrance.profile, (&entrance.hit, entrance.body));
+        let (candidate, density) = draw(scene, params, entrance, &found, rng);
+        let target = PackedSubsurface::target(candidate.value);
+        let per_density = if density > 0.0 { num::div(found.each, density) } else { 0.0 };
+        let dimension = SELECTIONS + found.segment * (ENTRY + 1) + found.turn;
+        reservoir.update(candidate, target * per_density, 1.0, rng::unit(rng.hash(dimension).x));
     }
-    if cut {
+    if points.is_cut() {
         // no sample of any pixel is like it, and the film counts it
         let sample = Sample { hit: Hit::MISS, ..Sample::NONE };
         return Stored { sample, value: CUT, contribution_weight: 1.0, confidence: 1.0 }.pack();
     }
     let Candidate { hit, segment, crossing, light, kind, partial_jacobian, value, shadow } = reservoir.sample;
     let weight = reservoir.contribution_weight(1.0, PackedSubsurface::target(value));
-    let numbers = entrance.profile.numbers(Segment::new(rng, segment).words(), segment, per_segment);
+    let numbers =
+        entrance.profile.numbers(Segment::new(rng, segment).words(), segment, num::recip(params.segments as f32));
     let open = weight > 0.0 && !scene.occluded(&shadow);
     let sample = Sample { hit, light, numbers, crossing, kind, partial_jacobian };
     Stored { sample, value, contribution_weight: if open { weight } else { 0.0 }, confidence: 1.0 }.pack()
@@ -139,14 +117,22 @@ fn draw<S: Surface<Material = Material> + AddressedLights>(
     scene: &S,
     params: &SssParams,
     entrance: &Entrance,
-    (found, numbers): (Candidate, &DiskNumbers),
-    segment: Segment,
+    found: &Found,
+    rng: &Rng,
 ) -> (Candidate, f32) {
-    let at = scene.location(&found.hit);
+    let Found { hit, segment, crossing, .. } = *found;
+    let none = Candidate { hit, segment, crossing, ..Candidate::NONE };
+    if !hit.is_hit() {
+        return (none, 0.0);
+    }
+    let at = scene.location(&hit);
     // what the profile says first, then the light: so that little is kept at a time
-    let is_entry = found.crossing == Crossings::LISTED as u32;
+    let is_entry = crossing == ENTRY;
     let density = if is_entry { 1.0 } else { entrance.density(&at) };
     let worth = if is_entry { entrance.lambert() } else { entrance.worth(&at) };
+    if max_abs(worth) <= 0.0 {
+        return (none, 0.0);
+    }
     let kind = if is_entry {
         Kind::AtEntry
     } else if params.replays(entrance.is_connectable(&at)) {
@@ -154,14 +140,15 @@ fn draw<S: Surface<Material = Material> + AddressedLights>(
     } else {
         Kind::Kept
     };
-    let partial_jacobian = if kind == Kind::Replayed { entrance.partial_jacobian(numbers, density) } else { 1.0 };
-    let address = scene.choose_address(segment.light(found.crossing));
-    let light = scene.light_at(address);
-    let value = evaluate(scene, (&found.hit, &at), worth, &light);
-    let value = if address.is_light() { value } else { Vec3::ZERO };
-    let shadow = shadow_ray(&at, &light.sample);
-    let candidate = Candidate { light: address, kind, partial_jacobian, value, shadow, ..found };
-    (candidate, density * (light.sample.density * light.extent))
+    let is_replayed = kind == Kind::Replayed;
+    let partial_jacobian = if is_replayed { entrance.partial_jacobian(&found.numbers, density) } else { 1.0 };
+    let light = scene.choose_address(Segment::new(rng, segment).light(found.turn));
+    let addressed = scene.light_at(light);
+    let value = evaluate(scene, (&hit, &at), worth, &addressed);
+    let value = if light.is_light() { value } else { Vec3::ZERO };
+    let shadow = shadow_ray(&at, &addressed.sample);
+    let density = density * (addressed.sample.density * addressed.extent);
+    (Candidate { light, kind, partial_jacobian, value, shadow, ..none }, density)
 }
 
 impl SssParams {

@@ -2,7 +2,7 @@
 //! merges.
 
 use crate::diffusion::DiskNumbers;
-use crate::geometry::{Hit, Ray};
+use crate::geometry::Hit;
 use crate::num::{self, Scalar};
 use crate::pack::{LOW_24, floor_24, unit_24, unit_from_24};
 use crate::resample::mutual::{Record, ShiftResult};
@@ -70,7 +70,7 @@ impl Sample {
     pub const NONE: Self = Self {
         hit: Hit::MISS,
         light: LightAddress::NONE,
-        numbers: DiskNumbers { axis: 0, channel: 0, radius: 0.0, turn: 0.0 },
+        numbers: DiskNumbers::NONE,
         crossing: 0,
         kind: Kind::Kept,
         partial_jacobian: 1.0,
@@ -83,13 +83,6 @@ impl Sample {
     pub(super) fn stored_numbers(numbers: &DiskNumbers) -> DiskNumbers {
         let stored = |x: f32| unit_from_24(floor_24(x));
         DiskNumbers { radius: stored(numbers.radius), turn: stored(numbers.turn), ..*numbers }
-    }
-
-    /// The key of the segment that finds the point, in a scene of these features: a function of what is stored, so that replay meets what was
-    /// met.
-    #[inline(always)]
-    pub(super) fn key(numbers: &DiskNumbers, features: u32) -> u32 {
-        Ray::random_key(features, floor_24(numbers.radius) ^ (floor_24(numbers.turn) << 8))
     }
 }
 

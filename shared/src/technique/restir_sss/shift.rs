@@ -9,6 +9,7 @@ use crate::geometry::{Hit, Ray};
 use crate::resample::mutual::{Cause, Record, Shift, Shifted};
 use crate::resample::params::Flags;
 use crate::scene::{AddressedLights, Frames, Probe, Surface, Trace};
+use crate::technique::path::hybrid::segment_key;
 use crate::transport::shadow_ray;
 
 impl<F> Shift<F> for PackedSubsurface
@@ -74,6 +75,6 @@ fn shifted<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
 #[inline(always)]
 fn replayed<S: Surface + Probe>(scene: &S, sample: &Sample, entrance: &Entrance) -> Hit {
     let segment = entrance.profile.disk.segment(&sample.numbers);
-    let key = Sample::key(&sample.numbers, scene.features());
+    let key = segment_key(&sample.numbers, scene.features());
     scene.probe(&Ray { key, ..segment }, entrance.body).listed(sample.crossing as usize)
 }

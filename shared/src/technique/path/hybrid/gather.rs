@@ -2,12 +2,13 @@
 
 use super::exit::Exit;
 use super::params::*;
+use super::points::{ENTRY, Points};
 use super::profile::EntryProfile;
 use super::record::{Entry, PackedEntry, PackedExit};
 use super::segment::Segment;
 use crate::bsdf::Material;
 use crate::film::CUT;
-use crate::geometry::{Crossings, Hit, Ray};
+use crate::geometry::Ray;
 use crate::layout::FilmPixel;
 use crate::num;
 use crate::rng::{self, Rng};
@@ -65,47 +66,24 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
 ) -> Vec3 {
     let (at, interior) = (scene.location(&entry.hit), scene.interior(&entry.hit));
     let profile = EntryProfile::new(&params.fit(), &at, (&interior, scene.absorbed(&entry.hit)), entry.travelled);
-    let one = params.has(PathFlags::ONE_CROSSING);
     let outside = entry.throughput * entry.gain;
-    let per_segment = num::recip(params.segments as f32);
-    let (mut sum, mut cut) = (Vec3::ZERO, false);
-    let mut segment = 0;
-    while (segment < params.segments) & !cut {
-        let drawn = Segment::new(rng, segment);
-        let chances = drawn.chances();
-        let ray = profile.disk.segment(&profile.numbers(drawn.words(), segment, per_segment));
-        let key = Ray::random_key(scene.features(), chances.y);
-        let crossings = scene.probe(&Ray { key, ..ray }, interior.body);
-        cut = crossings.is_cut();
-        let each = per_segment * if one { crossings.count as f32 } else { 1.0 };
-        let chosen = crossings.one_of(rng::unit(chances.x));
-        let mut index = 0;
-        while (index <= Crossings::LISTED) & !cut {
-            // the last is the entry, where channels are Lambertian
-            let lambert = index == Crossings::LISTED;
-            let listed = if lambert { entry.hit } else { crossings.listed(index) };
-            let hit = if one & !lambert { only(chosen, index) } else { listed };
-            if hit.is_hit() {
-                let point = scene.location(&hit);
-                let worth = profile.worth(point.position, point.normal) * each;
-                let worth = outside * if lambert { profile.lambert * per_segment } else { worth };
-                if max_abs(worth) > 0.0 {
-                    let any = Ray { direction: at.normal, ..Ray::NONE };
-                    let dimension = drawn.of_point(index as u32);
-                    sum += self::light(scene, params, (&scene.surface(&any, &hit), worth), rng, dimension, choice);
-                }
+    let mut points = Points::new(params.segments, params.has(PathFlags::ONE_CROSSING));
+    let mut sum = Vec3::ZERO;
+    while points.go_on() {
+        let found = points.next(scene, rng, &profile, (&entry.hit, interior.body));
+        if found.hit.is_hit() {
+            let point = scene.location(&found.hit);
+            let is_entry = found.crossing == ENTRY;
+            let worth = if is_entry { profile.lambert } else { profile.worth(point.position, point.normal) };
+            let worth = outside * (worth * found.each);
+            if max_abs(worth) > 0.0 {
+                let any = Ray { direction: at.normal, ..Ray::NONE };
+                let dimension = Segment::new(rng, found.segment).of_point(found.turn);
+                sum += self::light(scene, params, (&scene.surface(&any, &found.hit), worth), rng, dimension, choice);
             }
-            index += 1;
         }
-        segment += 1;
     }
-    if cut { CUT } else { sum }
-}
-
-/// A hit as the only one of a list.
-#[inline(always)]
-fn only(hit: Hit, index: usize) -> Hit {
-    if index == 0 { hit } else { Hit::MISS }
+    if points.is_cut() { CUT } else { sum }
 }
 
 /// The light of a light at a point of the surface, of which light that becomes diffuse there is worth `worth`; the point may become that
