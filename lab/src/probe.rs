@@ -12,16 +12,8 @@ use restir_host::render::Render;
 use restir_host::scene::Scene;
 use restir_host::technique;
 use restir_host::{Shaders, spirv};
-use restir_kernels::path::{path, path_profile};
-use restir_kernels::{Access, Binding, Case, KernelDesc};
-use restir_shared::camera::primary_ray;
-use restir_shared::geometry::{Hit, PackedHit};
-use restir_shared::glam::{UVec4, Vec2};
-use restir_shared::resample::mis::Mis;
-use restir_shared::rng::{pcg4d, unit};
-use restir_shared::scene::{AddressedLights, Trace};
-use restir_shared::technique::path::PathParams;
-use restir_shared::technique::path::hybrid::HybridParams;
+use restir_kernels::path::path;
+use restir_kernels::{Case, KernelDesc};
 use restir_tests::{cases, parity};
 
 use xtask::shader::compile::Job;
@@ -40,33 +32,11 @@ use crate::report::publish;
 /// A kernel that the feature `size-probe` adds; it goes beyond the limits on purpose and is never shipped. Its interface is
 /// that of `path`, and it runs on a case of `path`.
 static PROBE: KernelDesc = KernelDesc { name: "size_probe", ..path::DESC };
-/// Another one: the replay shift of ReSTIR SSS. It never runs natively, so the twin may be that of another kernel.
-static REPLAY: KernelDesc = KernelDesc { name: "replay_probe", bindings: &REPLAY_BINDINGS, ..path_profile::DESC };
-static REPLAY_BINDINGS: [Binding; 7] = {
-    let [params, geometry, attributes, texels, ..] = path_profile::DESC.bindings else { panic!() };
-    [
-        *params,
-        *geometry,
-        *attributes,
-        *texels,
-        Binding::new::<PackedHit>("hits", Access::Read),
-        Binding::new::<Reservoir>("reservoirs", Access::Read),
-        Binding::new::<Reservoir>("merged", Access::Own),
-    ]
-};
-/// As the kernel lays out a reservoir: numbers, exit, light, density, weight.
-type Reservoir = [UVec4; 3];
 /// `SpecId` of its number of segments, and the numbers that are measured: some 20, 24 and 28 thousand operations.
 const SEGMENTS_ID: u32 = 1;
 const SEGMENTS: [u32; 3] = [5, 6, 7];
 /// A scene on which kernels are large.
 const SCENE: &str = "cornell";
-/// A scene of bodies of several media.
-const BODIES: &str = "candles";
-/// How far away a neighbour may be in pixels.
-const RADIUS: f32 = 8.0;
-/// Side of the picture of [`BODIES`], in pixels.
-const SIDE: u32 = 32;
 /// Each time is the least of so many.
 const ROUNDS: usize = 3;
 
@@ -94,8 +64,7 @@ pub fn run() -> Result<(), Error> {
         let label = format!("`{}`, {segments} segments", PROBE.name);
         finish(&raw, label, &[(SEGMENTS_ID, segments)], case())
     };
-    let mut probes = SEGMENTS.iter().map(of_segments).collect::<Result<Vec<_>, _>>()?;
-    probes.push(finish(&raw, format!("`{}`", REPLAY.name), &[], replay_case()?)?);
+    let probes = SEGMENTS.iter().map(of_segments).collect::<Result<Vec<_>, _>>()?;
     let manifest = Manifest::read(&workspace.spirv())?;
     publish("size-probe", &report(&probes, &manifest)?, true)
 }
@@ -132,13 +101,10 @@ fn report(probes: &[Probe], manifest: &Manifest) -> Result<String, restir_host::
     let mut text = format!(
         "# What the size of a kernel costs\n\nMade by `MESA_SHADER_CACHE_DISABLE=true cargo lab probe`. A kernel \
          may have {} operations. `size_probe` has a number of segments of a path, each with a traversal, a surface and a \
-         GGX lobe of its own. `replay_probe` is what the replay shift of ReSTIR SSS needs: a sample taken from a neighbour and one taken to it, \
-         each with a disk's segment, a probe of the body, the profile and its density, Fresnel's equations at entry and exit, a light and a \
-         shadow ray, and one of both kept by any form of MIS. The others are those of every technique with its default settings. Seconds of the \
+         GGX lobe of its own. The others are those of every technique with its default settings. Seconds of the \
          processor for the pipeline and for the first dispatch, each the least of {ROUNDS}: of a kernel for all scenes, and of one whose \
-         constants are frozen to `{SCENE}`, for `replay_probe` to `{BODIES}`.\n\n{}\n",
-        limits::MAX_OPERATIONS,
-        verdict(probes)
+         constants are frozen to `{SCENE}`.\n",
+        limits::MAX_OPERATIONS
     );
     let scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
     let render = |technique| Render { count: 2, ..Render::new([16, 16], technique) };
@@ -166,47 +132,6 @@ fn report(probes: &[Probe], manifest: &Manifest) -> Result<String, restir_host::
         }
     }
     Ok(text)
-}
-
-/// What the size of [`REPLAY`] says.
-fn verdict(probes: &[Probe]) -> String {
-    let replay = probes.iter().filter(|probe| probe.case.kernel.name == REPLAY.name);
-    replay.fold(String::new(), |text, Probe { operations, .. }| {
-        let (most, fits) = (limits::MAX_OPERATIONS, *operations <= limits::MAX_OPERATIONS);
-        let then = if fits { "fits in one kernel" } else { "has to be split into a shift and a merge" };
-        text + &format!("With {operations} operations of {most}, the replay shift {then}.")
-    })
-}
-
-/// A case of [`REPLAY`], frozen to [`BODIES`]. Every pixel has a sample whose exit is where it is seen itself.
-fn replay_case() -> Result<Case, Error> {
-    let buffers = SceneBuffers::build(&Scene::load(BODIES)?)?;
-    let scene = buffers.view();
-    let path = PathParams { scene: buffers.header, ..PathParams::new(buffers.camera.params(SIDE, SIDE), [SIDE; 2], 1) };
-    let reserved = [Mis::PAIRWISE_DEFENSIVE.bits(), RADIUS.to_bits()];
-    let params = HybridParams { path, lambert_below: 0.0, segments: 1, reserved };
-    let hit = |index: u32| {
-        let at = Vec2::new((index % SIDE) as f32, (index / SIDE) as f32) + Vec2::splat(0.5);
-        PackedHit::pack(&scene.closest(&primary_ray(&path.camera, at, Vec2::ZERO)))
-    };
-    let hits: Vec<PackedHit> = (0..SIDE * SIDE).map(hit).collect();
-    let sample = |(index, hit): (u32, &PackedHit)| -> Reservoir {
-        let Hit { id, uv, .. } = hit.unpack();
-        let words = pcg4d(UVec4::new(index, 0, 0, 0));
-        let light = scene.choose_address(words);
-        let (axis, channel, confidence) = (words.z % 3, words.w % 3, 1 << 16);
-        let one = 1.0_f32.to_bits();
-        let [radius, turn] = [words.x, words.y].map(|word| unit(word).to_bits());
-        [
-            UVec4::new(axis | (channel << 2) | confidence, radius, turn, id),
-            UVec4::new(uv.x.to_bits(), uv.y.to_bits(), light.light, light.u << 8),
-            UVec4::new(light.v << 8, one, one, 0),
-        ]
-    };
-    let reservoirs: Vec<Reservoir> = (0..).zip(&hits).map(sample).collect();
-    let case = Case::new(&REPLAY, BODIES, SIDE, SIDE).with(&[params]);
-    let case = case.with(scene.geometry).with(scene.attributes).with(scene.texels).with(&hits).with(&reservoirs);
-    Ok(Case { constants: vec![buffers.features, path.flags.bits()], ..case.output() })
 }
 
 /// A parity case of `path` that is frozen to [`SCENE`], for the probe.

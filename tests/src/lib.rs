@@ -3,6 +3,7 @@
 
 pub mod albedo;
 pub mod bias;
+pub mod bodies;
 pub mod brute;
 pub mod bsdf_f64;
 pub mod capture;

@@ -1,5 +1,6 @@
 //! Test scenes as data, in the forms of the kernels and of the [`oracle`].
 
+use crate::bodies;
 use crate::masks::{self, Form};
 use crate::oracle::{self, Oracle};
 use crate::panes::Panes;
@@ -253,7 +254,7 @@ pub fn buffers(name: &str) -> Result<SceneBuffers, Error> {
     SceneBuffers::build(&named(name).map_or_else(|| Scene::load(name), Ok)?)
 }
 
-/// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`], [`Panes`], [`unlit`], [`masks`], [`Sheets`] with
+/// A built-in scene, or one of [`bodies`] or of the harness: [`statue_by_night`], [`all_lights`], [`Panes`], [`unlit`], [`masks`], [`Sheets`] with
 /// glass, and [`moving_alpha`], among others, by `statue-by-night`, `all-lights`, `coats`, `panes`, `unlit`, `masks`, `sheets` and `moving-alpha`.
 pub fn named(name: &str) -> Option<Scene> {
     match name {
@@ -270,7 +271,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "clear-media" => Some(clear_media()),
         "moving-mist" => Some(moving_mist()),
         "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
-        _ => builtin::scene(name),
+        _ => bodies::named(name).or_else(|| builtin::scene(name)),
     }
 }
 

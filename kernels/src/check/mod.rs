@@ -10,8 +10,6 @@ kernels! {
     diffusion_check,
     num_probe,
     ray_check,
-    #[cfg(feature = "size-probe")]
-    replay_probe,
     sampler_check,
     self_check,
     #[cfg(feature = "size-probe")]

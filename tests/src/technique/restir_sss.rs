@@ -34,7 +34,14 @@ pub(super) const KNOWN: Known = Known {
     ],
     cases: Cases { rows: &ROWS, ..NOTHING.cases },
     matrix: Matrix {
-        scenes: &[("slab", ""), ("candles", "")],
+        scenes: &[
+            ("slab", ""),
+            ("candles", ""),
+            ("skin-statue", ""),
+            ("turning-statue", ""),
+            ("touching", ""),
+            ("moving-media", ""),
+        ],
         goals: &[("candles", 4.0)],
         common: "",
         cells: || CELLS.map(str::to_owned).to_vec(),

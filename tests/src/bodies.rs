@@ -1,0 +1,89 @@
+//! Scenes of bodies that scatter light inside, for techniques that reuse it.
+
+use crate::half_sky::waxy;
+use glam::{DQuat, DVec3};
+use restir_host::scene::{Camera, Material, Mesh, Motion, Pose, Scene, builtin};
+
+/// A scene by its name, if there is one.
+///
+/// * `ball`, `block`, `torus`: a body beside a small lamp;
+/// * `comb`: ten thin plates that are one body, of which a segment meets up to twenty sides, more than are listed;
+/// * `open`: a ball without its bottom;
+/// * `touching`: two bodies that lie on each other;
+/// * `marble-statue`, `skin-statue`: the built-in hare of marble, ten centimetres large, and of skin, two metres large;
+/// * `turning-statue`: the latter turns, and so does all that is seen of it.
+pub fn named(name: &str) -> Option<Scene> {
+    Some(match name {
+        "ball" => lit(Mesh::sphere(DVec3::ZERO, 0.8, 4)),
+        "block" => lit(Mesh::cuboid(DVec3::new(-0.5, -0.6, -0.4), DVec3::new(0.6, 0.5, 0.5))),
+        "torus" => lit(torus()),
+        "comb" => lit(comb()),
+        "open" => lit(open()),
+        "touching" => touching(),
+        "marble-statue" => statue("marble", None),
+        "skin-statue" => statue("skin1", Some(0.1)),
+        "turning-statue" => turning(statue("skin1", Some(0.1))),
+        _ => return None,
+    })
+}
+
+/// A body of wax with a small lamp beside it, whose light goes far in relation to its size. What a ball has around a point it has around each, so
+/// that replay has a Jacobian of 1 there; a block has edges.
+fn lit(body: Mesh) -> Scene {
+    let camera = Camera::pinhole(DVec3::new(0.4, 1.0, 2.8), DVec3::ZERO, DVec3::Y, 0.6);
+    let mut scene = Scene { name: "lit".to_owned(), camera: Some(camera), ..Scene::default() };
+    let wax = scene.add_material(waxy([0.9, 0.7, 0.5], [0.5, 0.3, 0.15]));
+    scene.add_mesh("body", wax, body);
+    let floor = scene.add_material(Material::diffuse("floor", [0.5; 3]));
+    scene.add_mesh("floor", floor, Mesh::quad(DVec3::new(-4.0, -0.81, 4.0), [DVec3::X * 8.0, DVec3::Z * -8.0]));
+    scene.add_sphere_light(DVec3::new(0.5, 0.7, 0.7), 0.12, [9.0, 8.0, 6.0]);
+    scene
+}
+
+fn torus() -> Mesh {
+    let turn = |k: u32| std::f64::consts::TAU * f64::from(k) / 24.0;
+    let profile: Vec<_> = (0..=24).map(|k| [0.6 + 0.25 * turn(k).cos(), 0.25 * turn(k).sin()]).collect();
+    Mesh::lathe(&profile, 48)
+}
+
+fn comb() -> Mesh {
+    let plate = |k: u32| {
+        let x = 0.08 * f64::from(k) - 0.4;
+        Mesh::cuboid(DVec3::new(x, -0.6, -0.4), DVec3::new(x + 0.02, 0.5, 0.4))
+    };
+    Mesh::union(&(0..10).map(plate).collect::<Vec<_>>())
+}
+
+fn open() -> Mesh {
+    let mut ball = Mesh::sphere(DVec3::ZERO, 0.8, 4);
+    let is_above = |triangle: &[u32; 3]| triangle.iter().all(|&i| ball.positions[i as usize][1] > -0.3);
+    ball.indices = ball.indices.iter().copied().filter(is_above).collect();
+    ball
+}
+
+fn touching() -> Scene {
+    let mut scene = lit(Mesh::cuboid(DVec3::new(-0.5, -0.6, -0.4), DVec3::new(0.0, 0.5, 0.5)));
+    let jade = scene.add_material(waxy([0.3, 0.9, 0.5], [0.2, 0.4, 0.3]));
+    scene.add_mesh("beside", jade, Mesh::cuboid(DVec3::new(0.0, -0.6, -0.4), DVec3::new(0.5, 0.5, 0.5)));
+    scene
+}
+
+fn statue(medium: &str, scale: Option<f64>) -> Scene {
+    let mut scene = builtin::scene("statue").expect("built in");
+    scene.fill(medium, scale).expect("the hare is a body");
+    // it fills the picture
+    scene.camera = scene.camera.map(|camera| Camera { vertical_fov: 0.8 * camera.vertical_fov, ..camera });
+    scene
+}
+
+/// By two degrees a frame.
+fn turning(mut scene: Scene) -> Scene {
+    let instance = scene.instances.iter().position(|i| scene.meshes[i.mesh].name == "statue").expect("it is there");
+    let pose = |frame: u32| Pose {
+        time: f64::from(frame),
+        translation: DVec3::ZERO,
+        rotation: DQuat::from_rotation_y(f64::from(2 * frame).to_radians()),
+    };
+    scene.animation.motions.push(Motion { instance, keys: (0..16).map(pose).collect() });
+    scene
+}
