@@ -26,8 +26,8 @@ use std::collections::BTreeMap;
 pub(super) const KNOWN: Known = Known {
     rows: &[
         (
-            "single scattering traced, two passes, defensive, jitter",
-            "traced=single,spatial=2,mis=pairwise-defensive,jitter=on",
+            "single scattering traced, two passes, not defensive, jitter",
+            "traced=single,spatial=2,mis=pairwise,jitter=on",
         ),
         ("one crossing of three segments", "crossings=one,segments=3,radius_channel=albedo,shading=selected"),
         ("delayed, no feedback", "shift=delayed,feedback=off,neighbours=2,temporal_mis=pairwise-defensive"),
@@ -55,7 +55,7 @@ const CELLS: [&str; 6] = [
     "shift=reconnection,temporal=off",
     "shift=delayed,spatial=0",
     "shift=hybrid",
-    "shift=hybrid,feedback=off,mis=pairwise-defensive",
+    "shift=hybrid,feedback=off,mis=pairwise,confidence_cap=20",
     "shift=sequential,spatial=2,neighbours=4",
     "shift=hybrid,traced=single",
 ];

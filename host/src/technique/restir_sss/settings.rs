@@ -1,8 +1,8 @@
 //! Settings of ReSTIR SSS.
 
+use crate::technique::Technique;
 use crate::technique::path::{Crossings, Fit, PathSettings, RadiusChoice, Subsurface, SupportChoice};
 use crate::technique::reuse::Form;
-use crate::technique::Technique;
 use crate::{Error, choices, settings};
 use restir_shared::resample::mutual::MAX_NEIGHBOURS;
 use restir_shared::resample::params::Flags;
@@ -75,13 +75,13 @@ settings! {
         /// Of the hybrid shift: points farther from the entry stay, and those two of the profile's lengths away.
         reconnected_beyond: f32 = 2.0, in 0.0..=1.0e6, unit "pixels";
         /// How a pixel's sample and those of its neighbours share what several pixels can find.
-        mis: Form = Form::Pairwise;
+        mis: Form = Form::Defensive;
         /// How a pixel's sample and that of the last frame do: of two, pairwise is the balance heuristic with confidences.
         temporal_mis: Form = Form::Pairwise;
         /// Reuse of the last frame's samples: a pixel shares with the one that saw its surface then.
         temporal: bool = true;
         /// Largest confidence of the last frame's samples; an initial sample has one.
-        confidence_cap: u32 = 20, in 1..=MAX_CONFIDENCE_CAP, unit "initial samples";
+        confidence_cap: u32 = 10, in 1..=MAX_CONFIDENCE_CAP, unit "initial samples";
         /// Passes of spatial reuse.
         spatial: u32 = 1, in 0..=MAX_SPATIAL_PASSES, unit "passes";
         /// Neighbours of a pass: each is the partner of a random pairing.
@@ -109,7 +109,7 @@ settings! {
         "delayed" => Self { shift: Shift::Delayed, ..Self::default() },
         "sequential" => Self { shift: Shift::Sequential, spatial: 2, neighbours: 4, ..Self::default() },
         "pathtracing" => Self { temporal: false, spatial: 0, ..Self::default() },
-        "published" => Self { mis: Form::Counted, feedback: true, shading: Shading::Selected, tile: 32, support: SupportChoice::Published, reconnected_beyond: 1.0e6, ..Self::default() },
+        "published" => Self { mis: Form::Counted, confidence_cap: 20, shading: Shading::Selected, tile: 32, support: SupportChoice::Published, reconnected_beyond: 1.0e6, ..Self::default() },
     }
 }
 
