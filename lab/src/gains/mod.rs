@@ -3,6 +3,7 @@
 
 mod correlated;
 mod moving;
+mod parts;
 mod report;
 mod study;
 
@@ -20,6 +21,7 @@ use restir_host::technique::asked::asked_after;
 
 use crate::{Error, report::publish, time::thread_seconds};
 use correlated::Correlated;
+use parts::Part;
 use study::{Pictured, Study};
 
 /// Frames of a chain.
@@ -99,6 +101,7 @@ struct View {
     rows: Vec<Row>,
     /// Of views that stand still.
     correlated: Vec<Correlated>,
+    parts: Vec<Part>,
 }
 
 impl View {
@@ -137,6 +140,7 @@ impl View {
             sample: costs[SAMPLES.len() - 1],
             rows: rows.collect(),
             correlated,
+            parts: parts::measured(&subject, study, [options.images, size[0], size[1]])?,
         })
     }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use restir_cli::trial::Estimate;
 
-use super::{Cost, FRAMES, Options, Row, SAMPLES, SETTLED, Study, View, moving};
+use super::{Cost, FRAMES, Options, Part, Row, SAMPLES, SETTLED, Study, View, moving};
 
 pub(super) fn markdown(options: &Options, study: &Study, views: &[View], moving: &[moving::Row]) -> String {
     let mut text = heading(options, study);
@@ -64,6 +64,21 @@ fn section(view: &View) -> String {
             let _ = write!(text, "\n| {title} {head}\n{rule}\n");
         }
         rows.into_iter().for_each(|row| text += &line(view, row));
+    }
+    text + &where_noise_is(&view.parts)
+}
+
+/// What each part has of the variance.
+fn where_noise_is(parts: &[Part]) -> String {
+    if parts.is_empty() {
+        return String::new();
+    }
+    let mut text = "\nWhere the noise is, if single scattering is traced: the mean variance of a pixel's value, of one sample of path tracing, and of the last frame.\n\n\
+                    | part | variance |\n|---|---:|\n"
+        .to_owned();
+    for Part { name, variance } in parts {
+        let _ =
+            writeln!(text, "| {name} | {:.2e} ± {:.0} % |", variance.value, 100.0 * variance.error / variance.value);
     }
     text
 }

@@ -60,6 +60,21 @@ pub(super) struct Study {
     pub(super) settings: &'static [(&'static str, bool)],
     /// What errors have in common is looked at, too.
     pub(super) correlates: bool,
+    /// Of which the variance is looked at.
+    pub(super) parts: &'static [PartOf],
+}
+
+/// A part of the picture, or all of it, by a technique of that name: one sample of path tracing, or the last of some frames.
+pub(super) struct PartOf {
+    pub(super) name: &'static str,
+    pub(super) technique: &'static str,
+    pub(super) settings: &'static str,
+}
+
+impl PartOf {
+    const fn traced(name: &'static str, settings: &'static str) -> Self {
+        Self { name, technique: "path", settings }
+    }
 }
 
 /// ReSTIR PT.
@@ -98,6 +113,7 @@ pub(super) const PATHS: Study = Study {
         ("preset=progressive,neighbours=2", true),
     ],
     correlates: true,
+    parts: &[],
 };
 
 /// ReSTIR SSS.
@@ -131,6 +147,20 @@ pub(super) const SUBSURFACE: Study = Study {
         ("preset=pathtracing", false),
     ],
     correlates: false,
+    parts: &[
+        PartOf::traced(
+            "light that enters nothing",
+            "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,parts=rest",
+        ),
+        PartOf::traced("boundary term", "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,parts=boundary"),
+        PartOf::traced("single scattering", "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,parts=single"),
+        PartOf::traced(
+            "profile",
+            "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,segments=1,parts=profile",
+        ),
+        PartOf::traced("all", "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,segments=1"),
+        PartOf { name: "all, the profile resampled", technique: "restir-sss", settings: "traced=single" },
+    ],
 };
 
 impl Study {
@@ -150,7 +180,8 @@ impl Study {
     }
 }
 
-fn configured(name: &str, text: &str) -> Result<Box<dyn Technique>, Error> {
+/// A technique with settings beside its defaults.
+pub(super) fn configured(name: &str, text: &str) -> Result<Box<dyn Technique>, Error> {
     let mut technique = named(name)?;
     configure_by(technique.as_mut(), text)?;
     Ok(technique)
