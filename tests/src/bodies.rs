@@ -13,7 +13,7 @@ use restir_host::scene::{Camera, Material, Mesh, Motion, Pose, Scene, builtin};
 /// * `marble-statue`, `skin-statue`: the built-in hare of marble, ten centimetres large, and of skin, two metres large;
 /// * `turning-statue`: the latter turns, and so does all that is seen of it.
 pub fn named(name: &str) -> Option<Scene> {
-    Some(match name {
+    let scene = match name {
         "ball" => lit(Mesh::sphere(DVec3::ZERO, 0.8, 4)),
         "block" => lit(Mesh::cuboid(DVec3::new(-0.5, -0.6, -0.4), DVec3::new(0.6, 0.5, 0.5))),
         "torus" => lit(torus()),
@@ -24,14 +24,15 @@ pub fn named(name: &str) -> Option<Scene> {
         "skin-statue" => statue("skin1", Some(0.1)),
         "turning-statue" => turning(statue("skin1", Some(0.1))),
         _ => return None,
-    })
+    };
+    Some(Scene { name: name.to_owned(), ..scene })
 }
 
 /// A body of wax with a small lamp beside it, whose light goes far in relation to its size. What a ball has around a point it has around each, so
 /// that replay has a Jacobian of 1 there; a block has edges.
 fn lit(body: Mesh) -> Scene {
     let camera = Camera::pinhole(DVec3::new(0.4, 1.0, 2.8), DVec3::ZERO, DVec3::Y, 0.6);
-    let mut scene = Scene { name: "lit".to_owned(), camera: Some(camera), ..Scene::default() };
+    let mut scene = Scene { camera: Some(camera), ..Scene::default() };
     let wax = scene.add_material(waxy([0.9, 0.7, 0.5], [0.5, 0.3, 0.15]));
     scene.add_mesh("body", wax, body);
     let floor = scene.add_material(Material::diffuse("floor", [0.5; 3]));

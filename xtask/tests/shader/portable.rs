@@ -1,15 +1,26 @@
 //! What naga makes of the modules.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::available_parallelism;
 use xtask::shader::Flavour;
 use xtask::shader::portable::check;
 
 use super::committed;
 
+/// By as many threads as there are processors, for a large module takes naga ten seconds.
 #[test]
 fn fast_modules_reach_every_language() {
-    for kernel in restir_kernels::all() {
-        assert_eq!(check(&committed(Flavour::Fast, kernel.name), kernel.name), Vec::<String>::new());
-    }
+    let (kernels, next) = (restir_kernels::all(), AtomicUsize::new(0));
+    let check_some = || {
+        while let Some(kernel) = kernels.get(next.fetch_add(1, Ordering::Relaxed)) {
+            assert_eq!(check(&committed(Flavour::Fast, kernel.name), kernel.name), Vec::<String>::new());
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..available_parallelism().map_or(1, usize::from) {
+            scope.spawn(check_some);
+        }
+    });
 }
 
 /// naga knows no float controls, which shows that a rejected module is reported.
