@@ -11,7 +11,6 @@ use restir_shared::{bsdf::Material, medium::Interior, num, rng, vec::dot};
 
 const FEATURES: u32 = FEATURE_PUNCTUAL | FEATURE_DIFFUSE_TRANSMISSION | FEATURE_SUBSURFACE;
 const LAMPS: u32 = 6;
-
 /// A ball of radius 1, with its centre on the x axis.
 struct Wax(f32);
 impl Wax {
