@@ -117,12 +117,15 @@ impl View {
         let chains =
             study.settings.iter().map(|&(text, accumulate)| Ok(Render { accumulate, ..study.chain(size, text)? }));
         let renders = path.into_iter().chain(chains).collect::<Result<Vec<_>, restir_host::Error>>()?;
+        let compared = renders.len();
+        let renders = [renders, parts::renders(study, size)?].concat();
         let trials: Vec<Trial<'_>> = renders.iter().map(|render| subject.trial(render, &whole)).collect();
         let mut tried = vec![Tried::default(); trials.len()];
         for seed in 0..options.images {
             try_once(&mut CpuExecutor::inline(), &thread_seconds, &trials, &mut tried, seed, &mut |_| Ok(()))?;
         }
-        let judged = judge(&trials, &tried);
+        let (trials, parts) = (&trials[..compared], parts::measured(study, &tried[compared..]));
+        let judged = judge(trials, &tried[..compared]);
         let costs = trials.iter().map(cost).collect::<Result<Vec<_>, _>>()?;
         let (path, chains) = judged.split_at(SAMPLES.len());
         let rows = study.settings.iter().zip(chains).zip(&costs[SAMPLES.len()..]).map(
@@ -140,7 +143,7 @@ impl View {
             sample: costs[SAMPLES.len() - 1],
             rows: rows.collect(),
             correlated,
-            parts: parts::measured(&subject, study, [options.images, size[0], size[1]])?,
+            parts,
         })
     }
 

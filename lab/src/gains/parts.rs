@@ -1,43 +1,31 @@
-//! Where noise comes from: the variance of parts of the picture, each by itself.
+//! Where noise comes from: the variance of each part of the picture.
 
-use restir_cli::trial::{Estimate, Subject, Trial, Tried, Window, try_once};
+use restir_cli::trial::{Estimate, Tried};
 use restir_host::Error;
-use restir_host::exec::CpuExecutor;
 use restir_host::render::Render;
 
-use super::FRAMES;
-use super::study::{PartOf, Study, configured};
-use crate::time::thread_seconds;
+use super::study::{Study, configured};
 
-/// Mean variance of the values of a picture's pixels.
+/// A part of the picture and its variance, the mean over the values of all pixels.
 pub(super) struct Part {
     pub(super) name: &'static str,
     pub(super) variance: Estimate,
 }
 
-/// Each part of the study in so many images; in a picture of such a truth.
-pub(super) fn measured(
-    subject: &Subject,
-    study: &Study,
-    [images, width, height]: [u32; 3],
-) -> Result<Vec<Part>, Error> {
-    let size = [width, height];
-    let whole = [Window { whole: size, size, margin: 0, middle: [0.0; 2] }];
-    let render = |part: &PartOf| {
-        let count = if part.technique == "path" { 1 } else { FRAMES };
-        Ok(Render { count, ..Render::new(size, configured(part.technique, part.settings)?) })
-    };
-    let renders = study.parts.iter().map(render).collect::<Result<Vec<_>, Error>>()?;
-    let trials: Vec<Trial<'_>> = renders.iter().map(|render| subject.trial(render, &whole)).collect();
-    let mut tried = vec![Tried::default(); trials.len()];
-    for seed in 0..images {
-        try_once(&mut CpuExecutor::inline(), &thread_seconds, &trials, &mut tried, seed, &mut |_| Ok(()))?;
-    }
-    let parts = study.parts.iter().zip(&tried);
-    Ok(parts.map(|(part, tried)| Part { name: part.name, variance: variance(tried.values()) }).collect())
+/// The renders of all parts: one sample of path tracing, or the last frame of a chain.
+pub(super) fn renders(study: &Study, size: [u32; 2]) -> Result<Vec<Render>, Error> {
+    let traced = |part: &str| Ok(Render::new(size, configured("path", &[study.part_of_path, part].join(","))?));
+    let parts = study.parts.iter();
+    parts.map(|&(_, is_traced, text)| if is_traced { traced(text) } else { study.chain(size, text) }).collect()
 }
 
-/// The variance of a value, the mean over all of them; its error by how much the images differ in what they add to it.
+/// What the images of these renders tell.
+pub(super) fn measured(study: &Study, tried: &[Tried]) -> Vec<Part> {
+    let parts = study.parts.iter().zip(tried);
+    parts.map(|(&(name, ..), tried)| Part { name, variance: variance(tried.values()) }).collect()
+}
+
+/// The mean over all values of their variance between images. Its error follows from how much each image adds to it.
 fn variance(images: &[Vec<f64>]) -> Estimate {
     let n = images.len() as f64;
     let values = images.first().map_or(0, Vec::len);

@@ -60,21 +60,10 @@ pub(super) struct Study {
     pub(super) settings: &'static [(&'static str, bool)],
     /// What errors have in common is looked at, too.
     pub(super) correlates: bool,
-    /// Of which the variance is looked at.
-    pub(super) parts: &'static [PartOf],
-}
-
-/// A part of the picture, or all of it, by a technique of that name: one sample of path tracing, or the last of some frames.
-pub(super) struct PartOf {
-    pub(super) name: &'static str,
-    pub(super) technique: &'static str,
-    pub(super) settings: &'static str,
-}
-
-impl PartOf {
-    const fn traced(name: &'static str, settings: &'static str) -> Self {
-        Self { name, technique: "path", settings }
-    }
+    /// The settings of path tracing where it renders a part of the picture.
+    pub(super) part_of_path: &'static str,
+    /// Parts of the picture whose variance is measured: the name, whether path tracing renders it and not the technique, and settings.
+    pub(super) parts: &'static [(&'static str, bool, &'static str)],
 }
 
 /// ReSTIR PT.
@@ -113,6 +102,7 @@ pub(super) const PATHS: Study = Study {
         ("preset=progressive,neighbours=2", true),
     ],
     correlates: true,
+    part_of_path: "",
     parts: &[],
 };
 
@@ -147,19 +137,14 @@ pub(super) const SUBSURFACE: Study = Study {
         ("preset=pathtracing", false),
     ],
     correlates: false,
+    part_of_path: "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,segments=1",
     parts: &[
-        PartOf::traced(
-            "light that enters nothing",
-            "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,parts=rest",
-        ),
-        PartOf::traced("boundary term", "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,parts=boundary"),
-        PartOf::traced("single scattering", "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,parts=single"),
-        PartOf::traced(
-            "profile",
-            "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,segments=1,parts=profile",
-        ),
-        PartOf::traced("all", "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,segments=1"),
-        PartOf { name: "all, the profile resampled", technique: "restir-sss", settings: "traced=single" },
+        ("light that enters nothing", true, "parts=rest"),
+        ("boundary term", true, "parts=boundary"),
+        ("single scattering", true, "parts=single"),
+        ("profile", true, "parts=profile"),
+        ("all", true, "parts=all"),
+        ("all, the profile resampled", false, "traced=single"),
     ],
 };
 

@@ -85,7 +85,7 @@ impl Crossings {
     #[doc(hidden)]
     pub const CUT: Self = Self { count: u32::MAX, nearest: [Hit::MISS; Self::LISTED] };
 
-    /// Not met yet. Natively no memory but its own is used.
+    /// A list without hits. Natively it holds its hits itself.
     #[inline(always)]
     pub(super) fn none(_memory: Scratch) -> Self {
         Self::NONE
@@ -151,7 +151,7 @@ impl Crossings {
     }
 }
 
-/// What stands in the memory of the workgroup, and perhaps another word from now on.
+/// Reads the word of a slot in memory of the workgroup; if it `writes`, it puts another one there.
 #[cfg(target_arch = "spirv")]
 fn access(slot: u32, word: u32, writes: bool) -> u32 {
     let lists: *mut [u32; Crossings::LISTED * 4 * Scratch::INVOCATIONS as usize];

@@ -7,8 +7,8 @@ use crate::technique::path::hybrid::Exit;
 use crate::vec::flush;
 use glam::Vec3;
 
-/// The integrand over the addresses of point and light, without visibility: of a light by way of a point of the body, of which light that becomes
-/// diffuse there is worth `worth`.
+/// What a light sends to the camera by way of a point of the body, without visibility: the integrand over the addresses of both. Light that becomes
+/// diffuse at the point is multiplied by `worth` on its way to the camera.
 #[inline(always)]
 pub(super) fn evaluate<S: Surface<Material = Material>>(
     scene: &S,

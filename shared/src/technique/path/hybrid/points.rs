@@ -12,8 +12,8 @@ use crate::scene::{Probe, Surface};
 /// Stands for the entry among the points of a segment: there channels are Lambertian.
 pub(crate) const ENTRY: u32 = Crossings::LISTED as u32;
 
-/// The points of all segments, one after the other, and after those of a segment the entry itself. It is one loop, not a loop over
-/// segments and one over points, for compilers keep the values of each loop for themselves.
+/// Yields the points of all segments, one after the other, and after those of a segment the entry itself. Its caller has one loop, not one
+/// over segments and one over points in it: a compiler keeps the state of both in registers.
 pub(crate) struct Points {
     segments: u32,
     /// One point of each segment counts.
@@ -30,20 +30,20 @@ pub(crate) struct Points {
 pub(crate) struct Found {
     /// Where it is; a miss if the segment has no such point.
     pub(crate) hit: Hit,
-    /// Of which segment.
+    /// The index of the segment.
     pub(crate) segment: u32,
     /// Which of the segment's hits it is, from 0; or [`ENTRY`].
     pub(crate) crossing: u32,
-    /// Whose random numbers it has: a number below 9.
+    /// By this index, from 0 to [`ENTRY`], the point has random numbers of its own.
     pub(crate) turn: u32,
-    /// For how many segments it stands, over all segments: what it is worth is divided by its density, and multiplied by this.
+    /// What the point is worth over its density is multiplied by this: one over the segments, times the points among which it was chosen.
     pub(crate) each: f32,
-    /// By which the segment was found.
+    /// The random numbers that made the segment.
     pub(crate) numbers: DiskNumbers,
 }
 
 impl Points {
-    /// Of so many segments, all points or one of each.
+    /// Begins with the first of so many segments; with `one`, a single point of each counts.
     #[inline(always)]
     pub(crate) fn new(segments: u32, one: bool) -> Self {
         Self { segments, one, segment: 0, turn: 0, numbers: DiskNumbers::NONE, crossings: Crossings::NONE }
