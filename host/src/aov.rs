@@ -31,13 +31,13 @@ use crate::{Error, choices, memory};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use restir_shared::bsdf::Material;
-use restir_shared::camera::{about_pixel, camera_ray, has_lens, primary_ray};
+use restir_shared::camera::{about_pixel, has_lens, primary_ray};
+use restir_shared::denoise::{Means, Samples, means};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{Vec2, Vec3};
 use restir_shared::layout::{CameraParams, FEATURE_BLEND};
 use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{SceneView, Surface, SurfacePoint, Trace};
-use restir_shared::transport::Vertex;
 use std::fmt;
 
 /// Most camera rays of a pixel in its means.
@@ -244,28 +244,18 @@ impl Views<'_> {
     /// Albedos and normal over the pixel.
     fn means(&self, x: u32, y: u32, values: &mut [f32; VALUES]) {
         let Integral { jitter, filter, .. } = self.integral;
-        let features = self.this.features;
-        let varies = jitter || has_lens(&self.cameras[0]) || features & FEATURE_BLEND != 0;
-        let samples = if varies { self.samples } else { 1 };
-        let mut sums = [Vec3::ZERO; 3];
-        for sample in 0..samples {
-            let place = |u: Vec2| match filter {
-                PixelFilter::Box => u,
-                PixelFilter::BlackmanHarris => about_pixel(u),
-            };
-            let ray = camera_ray(&self.cameras[0], jitter, place, features, &self.rng(x, y, sample), x, y);
-            let hit = self.this.closest(&ray);
-            if hit.is_hit() {
-                let point = self.this.surface(&ray, &hit);
-                sums[0] += albedo(&point.material);
-                sums[1] += Vertex::new(&point, &ray, features).frame.n;
-                sums[2] += self.this.interior(&hit).albedo;
-            }
+        let camera = &self.cameras[0];
+        let varies = jitter || has_lens(camera) || self.this.features & FEATURE_BLEND != 0;
+        let count = if varies { self.samples } else { 1 };
+        let place = |u: Vec2| match filter {
+            PixelFilter::Box => u,
+            PixelFilter::BlackmanHarris => about_pixel(u),
+        };
+        let samples = Samples { camera, jitter, seed: self.seed, first: 0, count };
+        let Means { albedo, normal, scattering } = means(&self.this, &samples, place, [x, y]);
+        for (layer, mean) in [(Aov::Albedo, albedo), (Aov::Normal, normal), (Aov::Scattering, scattering)] {
+            layer.put(values, &mean.to_array());
         }
-        let means = sums.map(|sum| (sum * (1.0 / samples as f32)).to_array());
-        Aov::Albedo.put(values, &means[0]);
-        Aov::Normal.put(values, &means[1]);
-        Aov::Scattering.put(values, &means[2]);
     }
 
     /// Of the sampler that path tracing has by default: they are its camera rays.
@@ -283,13 +273,6 @@ impl Views<'_> {
         let will = now - place(next, there[1]).unwrap_or(now);
         [was.x, was.y, will.x, will.y].map(|pixels| pixels as f32)
     }
-}
-
-/// The colour that all parts of a material have, as far as it is one.
-fn albedo(material: &Material) -> Vec3 {
-    let through = (1.0 - material.metallic) * (1.0 - material.transmission) * material.diffuse_transmission;
-    let color = material.base_color * (1.0 - through) + material.diffuse_transmission_color * through;
-    color.clamp(Vec3::ZERO, Vec3::ONE)
 }
 
 /// Where a camera sees a position, in pixels to the right and up; nowhere if it is behind.

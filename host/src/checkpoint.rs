@@ -95,14 +95,14 @@ pub fn name_of(scene: &SceneBuffers, render: &Render, description: &Description)
 /// All that the bits depend on.
 fn digest(scene: &SceneBuffers, render: &Render, description: &Description) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
-    let Render { width, height, count, accumulate, seed, cameras, shows, technique, _more: _ } = render;
+    let Render { width, height, count, accumulate, seed, cameras, shows, technique, denoise, _more: _ } = render;
     for arena in [&scene.geometry, &scene.attributes, &scene.texels] {
         hasher.update(&(arena.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(arena));
     }
     hasher.update(scene.motion().as_bytes());
     let described = (width, height, count, accumulate, seed, shows, technique.about().name);
-    hasher.update(format!("{described:?} {:?}", (cameras, scene.camera, technique.entries())).as_bytes());
+    hasher.update(format!("{described:?} {:?}", (cameras, scene.camera, technique.entries(), denoise)).as_bytes());
     hasher.update(description.origin().as_bytes());
     hash_code(&mut hasher);
     hasher.finalize()

@@ -29,6 +29,7 @@ mod bvh;
 pub mod checkpoint;
 #[doc(hidden)]
 pub mod compact;
+pub mod denoise;
 #[doc(hidden)]
 pub mod distribution;
 pub mod error;

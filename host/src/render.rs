@@ -19,6 +19,7 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+use crate::denoise::{self, Denoise};
 pub use crate::exec::Progress;
 use crate::exec::{Dispatches, Executor, Observer, Step};
 use crate::image::{Image, MAX_SIDE};
@@ -26,7 +27,7 @@ use crate::moments::Moments;
 use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
 use crate::sequence::technique::{Repeats, Technique};
 use crate::sequence::{self, Sequence, Stage};
-use crate::settings::More;
+use crate::settings::{More, Settings};
 use crate::{Error, buffers::SceneBuffers, memory, scene::Camera};
 use restir_kernels::Access;
 use restir_shared::layout::FilmPixel;
@@ -63,6 +64,8 @@ pub struct Render {
     pub shows: Shows,
     /// The technique and its settings.
     pub technique: Box<dyn Technique>,
+    /// The image is denoised; each frame is, if it is not the mean of all, and frames before the last one help.
+    pub denoise: Option<Denoise>,
     #[doc(hidden)]
     pub _more: More,
 }
@@ -80,6 +83,7 @@ impl Render {
             cameras: Vec::new(),
             shows: Shows::Last,
             technique,
+            denoise: None,
             _more: More::default(),
         }
     }
@@ -141,7 +145,17 @@ impl Render {
             return Err(Error::NoRepeats { repeats });
         }
         technique.check_ranges()?;
+        self.denoise.as_ref().map_or(Ok(()), Settings::check_ranges)?;
         technique.check(scene, self.repeats_in_mean())
+    }
+
+    /// Whether each frame is denoised.
+    fn denoises_frames(&self) -> bool {
+        self.denoise.is_some() && !self.is_mean()
+    }
+
+    fn sequence(&self, stage: &Stage) -> Box<dyn Sequence> {
+        denoise::sequence(&*self.technique, self.denoise.as_ref(), stage)
     }
 
     fn check_memory(&self, scene: &SceneBuffers) -> Result<(), Error> {
@@ -164,7 +178,8 @@ impl Render {
         let moments = match self.technique.about().repeats {
             Repeats::Samples => Moments::still(Arc::new(scene.clone())),
             Repeats::Frames => {
-                let parts = if self.technique.looks_back() && self.count > 1 { 2 } else { 1 };
+                let looks_back = self.technique.looks_back() || self.denoises_frames();
+                let parts = if looks_back && self.count > 1 { 2 } else { 1 };
                 Moments::new(Arc::new(scene.clone()), parts)
             }
         };
@@ -178,12 +193,12 @@ impl Render {
             arenas: moments.buffers(),
             dispatches,
         };
-        let sequence = self.technique.sequence(&stage);
+        let sequence = self.sequence(&stage);
         let counted = sequence.counts();
         let frames = Frames { render: self, scene, moments, sequence, next: 0, begun: None };
         FramePlan {
             buffers: frames.sequence.buffers().to_vec(),
-            pass_count: frames.pass_count(self.technique.sequence(&stage)),
+            pass_count: frames.pass_count(self.sequence(&stage)),
             outputs: std::iter::once(frames.sequence.output()).chain(counted.map(|(buffer, _)| buffer)).collect(),
             counts: counted.map_or([""; 4], |(_, names)| names),
             passes: Box::new(frames),
@@ -263,7 +278,8 @@ impl Frames<'_> {
     /// A frame of the scene where `moments` has it.
     fn frame(&self, index: u32) -> sequence::Frame {
         let Render { width, height, .. } = *self.render;
-        let (is_last, each) = (index + 1 == self.len(), self.render.shows == Shows::Each);
+        let each = self.render.shows == Shows::Each || self.render.denoises_frames();
+        let is_last = index + 1 == self.len();
         let is_of_samples = self.render.technique.about().repeats == Repeats::Samples;
         let camera_of =
             |index| self.render.camera(self.scene, if is_of_samples { 0 } else { index }).params(width, height);

@@ -53,6 +53,7 @@ folders! {
     #[doc(hidden)]
     check,
     compact,
+    denoise,
     film,
     path,
     #[macro_use]

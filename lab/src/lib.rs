@@ -11,6 +11,7 @@ pub mod bootstrap;
 mod compiled_out;
 pub mod correlation;
 pub mod crossings;
+pub mod denoised;
 pub mod device;
 pub mod diffusion;
 pub mod error;

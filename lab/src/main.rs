@@ -5,8 +5,9 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use restir_cli::ending::Ending;
 use restir_lab::{
-    Error, albedo, aov, bench, crossings, device, diffusion, features, figure, furnace, gains, num, parity, passes,
-    probe, profile, resampling, reuse, searchlight, session, shifts, stress, unbiased, visibility, walks, watertight,
+    Error, albedo, aov, bench, crossings, denoised, device, diffusion, features, figure, furnace, gains, num, parity,
+    passes, probe, profile, resampling, reuse, searchlight, session, shifts, stress, unbiased, visibility, walks,
+    watertight,
 };
 use xtask::shader;
 
@@ -40,6 +41,8 @@ enum Experiment {
     Watertight(watertight::Options),
     /// Compare all hits of an object on adversarial segments with brute force, on host and devices, and time them.
     Crossings(crossings::Options),
+    /// Measures error before and after the denoiser.
+    Denoised(denoised::Options),
     /// Test a technique for bias, tile by tile; can be interrupted and continued.
     Unbiased(unbiased::Options),
     /// Test functions at the ends of their ranges against f64, scenes and techniques of frames at theirs, and print the report.
@@ -88,6 +91,7 @@ fn run(Arguments { experiment }: Arguments) -> Result<(), Ending> {
         Experiment::Searchlight(options) => searchlight::run(&options),
         Experiment::Watertight(options) => watertight::run(&options),
         Experiment::Crossings(options) => crossings::run(&options),
+        Experiment::Denoised(options) => denoised::run(&options),
         Experiment::Unbiased(options) => unbiased::run(&options),
         Experiment::Stress(options) => stress::run(&options),
         Experiment::Resampling(options) => resampling::run(&options),

@@ -31,7 +31,7 @@ pub mod advanced;
 pub mod prelude;
 
 #[doc(inline)]
-pub use restir_host::{Error, Shaders, buffers, exec, image, render, scene, session, technique};
+pub use restir_host::{Error, Shaders, buffers, denoise, exec, image, render, scene, session, technique};
 pub use restir_kernels as kernels;
 pub use restir_shared as shared;
 

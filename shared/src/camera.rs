@@ -46,6 +46,17 @@ pub fn primary_ray(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {
     Ray { direction: normalize(ray.direction), ..ray }
 }
 
+/// The ray through a point of the image and the centre of the lens.
+#[doc(hidden)]
+#[inline(always)]
+pub fn central_ray(camera: &CameraParams, pixel: Vec2) -> Ray {
+    let x = pixel.x * camera.inv_width * 2.0 - 1.0;
+    let y = 1.0 - pixel.y * camera.inv_height * 2.0;
+    let across = Vec3::from_array(camera.right) * x + Vec3::from_array(camera.up) * y;
+    let direction = normalize(Vec3::from_array(camera.forward) + across);
+    Ray { origin: Vec3::from_array(camera.position), direction, t_max: Ray::FAR, key: 0 }
+}
+
 /// [`primary_ray`], but for the length of its direction, which is that on the camera's image plane.
 #[inline(always)]
 fn ray_of_any_length(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {

@@ -5,16 +5,18 @@ use crate::capture::{Capture, captured};
 use crate::crossings;
 use crate::parity::{POISON, run};
 use crate::scenes::buffers;
-use crate::technique::{Row, Trials};
+use crate::technique::{DENOISED, Row, Trials};
 use crate::traversal;
 use glam::DVec3;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
+use restir_host::denoise::Denoise;
 use restir_host::exec::CpuExecutor;
 use restir_host::plan::FramePlan;
 use restir_host::render::Render;
 use restir_host::scene::Camera;
 use restir_host::technique::{Repeats, Technique};
+use restir_kernels::denoise::KERNELS as DENOISER;
 use restir_kernels::{Access, Case, KernelDesc};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -29,7 +31,8 @@ pub fn all() -> &'static [Case] {
         let of_technique = |trials: &Trials| of(trials).unwrap_or_else(|e| panic!("{}: {e}", trials.name()));
         let of_rays = traversal::cases().unwrap_or_else(|e| panic!("rays: {e}"));
         let of_kernels = restir_kernels::cases().into_iter().chain(crossings::cases()).chain(of_rays);
-        of_kernels.chain(Trials::all().iter().flat_map(of_technique)).collect()
+        let denoised = denoised().unwrap_or_else(|e| panic!("the denoiser: {e}"));
+        of_kernels.chain(Trials::all().iter().flat_map(of_technique)).chain(denoised).collect()
     })
 }
 
@@ -66,6 +69,19 @@ fn of(trials: &Trials) -> Result<Vec<Case>, Error> {
         let frozen = known.rows.len() <= 2 * FROZEN_EVERY || index % FROZEN_EVERY == FROZEN_EVERY - 1;
         let plans = renders.iter().map(|render| render.plan(&scene));
         cases.extend(of_row(&format!("{}, {}", row.name, row.scene), frozen, plans)?);
+    }
+    Ok(cases)
+}
+
+/// The cases of the denoiser's kernels.
+fn denoised() -> Result<Vec<Case>, Error> {
+    let mut cases = Vec::new();
+    for (technique, row) in DENOISED {
+        let scene = buffers(row.scene)?;
+        let technique = Trials::of(technique)?.with(row.settings)?;
+        let render = Render { denoise: Some(Denoise::default()), ..render(&scene, technique, row) };
+        let of_plan = of_row(&format!("{}, {}", row.name, row.scene), true, [render.plan(&scene)])?;
+        cases.extend(of_plan.into_iter().filter(|case| DENOISER.iter().any(|kernel| kernel.name == case.kernel.name)));
     }
     Ok(cases)
 }

@@ -1,6 +1,6 @@
 //! What an image says about how it was made.
 
-use restir::advanced::settings::Choice as _;
+use restir::advanced::settings::{Choice as _, Settings as _};
 use restir::advanced::{reference::Reference, settings::Value};
 use restir::exec::Description;
 use restir::render::{Render, Rendered};
@@ -43,6 +43,10 @@ pub(super) fn of_render(
     }
     if about.repeats == Repeats::Frames {
         pairs.push(("accumulate", render.accumulate.write()));
+    }
+    if let Some(denoise) = &render.denoise {
+        let entries = denoise.entries().into_iter().map(|entry| format!("{}={}", entry.key, entry.value));
+        pairs.push(("denoise", entries.collect::<Vec<_>>().join(",")));
     }
     // what techniques without such a setting have by themselves
     if render.technique.value("max_depth").is_none() {

@@ -31,6 +31,7 @@ pub use cpu::CpuSession;
 #[cfg(feature = "gpu")]
 pub use gpu::GpuSession;
 
+use crate::denoise::{self, Denoise};
 use crate::exec::Dispatches;
 use crate::moments::Moments;
 use crate::plan::{Buffer, BufferId, Pass, SceneFrame};
@@ -62,6 +63,8 @@ pub struct Setup {
     /// frame is an image of its own. Samples of a technique that takes samples are counted from the beginning of a mean, so that it has the
     /// bits of a render: while the view changes, every frame has the same random numbers.
     pub mean_of: Option<u32>,
+    /// Frames are denoised.
+    pub denoise: Option<Denoise>,
     #[doc(hidden)]
     pub _more: More,
 }
@@ -76,6 +79,7 @@ impl Setup {
             seed: 0,
             samples: 1,
             mean_of: None,
+            denoise: None,
             _more: More::default(),
         }
     }
@@ -93,7 +97,8 @@ impl Setup {
             return Err(Error::Mean { frames, samples: self.samples });
         };
         let accumulate = self.mean_of.is_some();
-        let render = Render { count, accumulate, ..Render::new([width, height], self.technique.clone()) };
+        let denoise = self.denoise.clone();
+        let render = Render { count, accumulate, denoise, ..Render::new([width, height], self.technique.clone()) };
         render.check_settings(&self.scene)
     }
 
@@ -111,7 +116,11 @@ impl Setup {
     }
 
     fn parts(&self) -> usize {
-        1 + usize::from(self.technique.looks_back())
+        1 + usize::from(self.technique.looks_back() || self.denoise.is_some())
+    }
+
+    fn sequence(&self, moments: &Moments, dispatches: Dispatches) -> Box<dyn Sequence> {
+        denoise::sequence(&*self.technique, self.denoise.as_ref(), &self.stage(moments, dispatches))
     }
 }
 
@@ -219,7 +228,7 @@ impl<D: Device> Session<D> {
     fn over(setup: Setup, mut device: D) -> Result<Self, Error> {
         setup.check()?;
         let moments = Moments::new(setup.scene.clone(), setup.parts());
-        let sequence = setup.technique.sequence(&setup.stage(&moments, D::DISPATCHES));
+        let sequence = setup.sequence(&moments, D::DISPATCHES);
         device.prepare(&kernels(&setup, &moments)?)?;
         device.allocate(sequence.buffers(), false, &setup.scene)?;
         Ok(Self { setup, moments, sequence, next: 0, in_mean: 0, last_camera: None, device })
@@ -228,7 +237,7 @@ impl<D: Device> Session<D> {
     /// Forgets all frames, as after a cut: the next one has the bits of a new session's first.
     pub fn reset(&mut self) {
         self.moments.forget();
-        self.sequence = self.setup.technique.sequence(&self.setup.stage(&self.moments, D::DISPATCHES));
+        self.sequence = self.setup.sequence(&self.moments, D::DISPATCHES);
         (self.next, self.in_mean, self.last_camera) = (0, 0, None);
     }
 
@@ -266,7 +275,7 @@ impl<D: Device> Session<D> {
         } else {
             Moments::new(setup.scene.clone(), setup.parts())
         };
-        let sequence = setup.technique.sequence(&setup.stage(&moments, D::DISPATCHES));
+        let sequence = setup.sequence(&moments, D::DISPATCHES);
         self.device.prepare(&kernels(&setup, &moments)?)?;
         self.device.allocate(sequence.buffers(), keep_arenas, &setup.scene)?;
         (self.setup, self.moments) = (setup, moments);
@@ -380,7 +389,7 @@ impl<D: Device> Session<D> {
 /// The kernels of frames to come with their constants: of a first one, of one that is as the last was, and of one that is not.
 fn kernels(setup: &Setup, moments: &Moments) -> Result<Vec<Frozen>, Error> {
     // constants are those of dispatches of any length
-    let mut sequence = setup.technique.sequence(&setup.stage(moments, Dispatches::default()));
+    let mut sequence = setup.sequence(moments, Dispatches::default());
     let [width, height] = setup.size;
     let camera = setup.scene.camera.params(width, height);
     let mut kernels = Vec::new();

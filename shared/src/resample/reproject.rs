@@ -30,7 +30,7 @@ use crate::vec::dot;
 use glam::{UVec4, Vec3};
 
 /// Surfaces nearer to the camera's plane than this part of the distance to the image plane are behind it.
-const MIN_DEPTH: f32 = 1.0e-6;
+pub(crate) const MIN_DEPTH: f32 = 1.0e-6;
 
 /// The pixels of an image.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +50,18 @@ pub struct Place {
     pub y: u32,
     /// Whether it lies in the image.
     pub inside: bool,
+}
+
+/// A point of the image plane.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// To the right of the left edge, in pixels.
+    pub x: f32,
+    /// Below the upper edge, in pixels.
+    pub y: f32,
+    /// Distance from the camera along its axis, in distances of the image plane; not positive behind the camera.
+    pub depth: f32,
 }
 
 impl Place {
@@ -84,23 +96,30 @@ impl Grid {
         Place { x: mirrored(x, self.width), y: mirrored(y, self.height), inside: center.inside }
     }
 
-    /// Where a camera sees a position.
+    /// Where a camera sees a position: the pixel that it lies in.
     #[doc(hidden)]
     #[inline(always)]
     pub fn project(&self, camera: &CameraParams, position: Vec3) -> Place {
+        let Point { x, y, depth } = self.point(camera, position);
+        // compared as floats: a conversion beyond the range would not be the same everywhere
+        let inside = (depth > MIN_DEPTH) & (x >= 0.0) & (y >= 0.0) & (x < self.width as f32) & (y < self.height as f32);
+        if inside { Place { x: x as u32, y: y as u32, inside } } else { Place { x: 0, y: 0, inside } }
+    }
+
+    /// Where in the image a camera sees a position; some point if it lies behind.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn point(&self, camera: &CameraParams, position: Vec3) -> Point {
         let to = position - Vec3::from_array(camera.position);
         let [forward, right, up] =
             [Vec3::from_array(camera.forward), Vec3::from_array(camera.right), Vec3::from_array(camera.up)];
         let depth = num::div(dot(to, forward), dot(forward, forward));
-        let before = depth > MIN_DEPTH;
-        let inv_depth = num::recip(if before { depth } else { 1.0 });
+        let inv_depth = num::recip(if depth > MIN_DEPTH { depth } else { 1.0 });
         let across = num::div(dot(to, right), dot(right, right)) * inv_depth;
         let along = num::div(dot(to, up), dot(up, up)) * inv_depth;
         let x = (across + 1.0) * 0.5 * self.width as f32;
         let y = (1.0 - along) * 0.5 * self.height as f32;
-        // compared as floats: a conversion beyond the range would not be the same everywhere
-        let inside = before & (x >= 0.0) & (y >= 0.0) & (x < self.width as f32) & (y < self.height as f32);
-        if inside { Place { x: x as u32, y: y as u32, inside } } else { Place { x: 0, y: 0, inside } }
+        Point { x, y, depth }
     }
 }
 

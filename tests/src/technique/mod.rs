@@ -116,6 +116,14 @@ const fn row(name: &'static str, scene: &'static str, count: u32, settings: &'st
     Row { name, scene, size: [20, 14], count, settings }
 }
 
+/// What is denoised, with any technique: a technique and its render: pictures of a camera and objects that move, of bodies under whose skin light scatters, and of rays that are
+/// spread over pixels with textures.
+pub const DENOISED: [(&str, Row); 3] = [
+    ("restir-pt", Row { name: "denoised", scene: "moving", size: [20, 14], count: 4, settings: "" }),
+    ("restir-sss", Row { name: "denoised", scene: "moving-media", size: [20, 14], count: 6, settings: "" }),
+    ("path", Row { name: "denoised", scene: "tower", size: [20, 14], count: 4, settings: "max_depth=3" }),
+];
+
 /// A technique, and what is tried of it.
 #[derive(Debug)]
 pub struct Trials {

@@ -4,6 +4,7 @@ use libtest_mimic::Failed;
 use restir_host::Error;
 use restir_host::Shaders;
 use restir_host::buffers::SceneBuffers;
+use restir_host::denoise::Denoise;
 use restir_host::exec::gpu::Pipelines;
 use restir_host::exec::{CpuExecutor, Flavour, GpuExecutor};
 use restir_host::image::Image;
@@ -173,14 +174,21 @@ fn techniques() -> Vec<(&'static str, Box<dyn Technique>)> {
     ]
 }
 
-/// What is played for long, with its scene: the techniques, and paths through bodies that scatter light and move.
-fn plays() -> Vec<(&'static str, &'static str, Box<dyn Technique>)> {
+/// What is played for long: the scene, a name, the technique, and whether it is denoised.
+type Play = (&'static str, &'static str, Box<dyn Technique>, Option<Denoise>);
+
+/// The techniques, paths through bodies that scatter light and move, and frames that are denoised.
+fn plays() -> Vec<Play> {
     let media = [Subsurface::Walk, Subsurface::Hybrid, Subsurface::Diffusion].map(|subsurface| {
         let settings = PathSettings { max_depth: 4, longest_walk: 70, subsurface, ..PathSettings::default() };
-        ("moving-media", subsurface.name(), settings.into())
+        ("moving-media", subsurface.name(), settings.into(), None)
     });
-    let moving = techniques().into_iter().map(|(name, technique)| ("moving", name, technique));
-    moving.chain(media).collect()
+    let moving = techniques().into_iter().map(|(name, technique)| ("moving", name, technique, None));
+    let denoised = ["moving", "moving-media"].map(|scene| {
+        let settings = PathSettings { subsurface: Subsurface::Diffusion, ..PathSettings::default() };
+        (scene, "denoised", settings.into(), Some(Denoise::default()))
+    });
+    moving.chain(media).chain(denoised).collect()
 }
 
 fn camera(frame: u32) -> Camera {
@@ -308,9 +316,10 @@ fn editable(scene: &Scene) -> Result<SceneBuffers, Error> {
 }
 
 fn resets_make_fresh_sessions() -> Result<(), Failed> {
-    for (scene, name, technique) in plays() {
+    for (scene, name, technique, denoise) in plays() {
         let scene = source(scene)?;
-        let mut session = CpuSession::new(Setup::new(editable(&scene)?, technique.clone(), SIZE), cpu()?)?;
+        let setup = |there, size| Setup { denoise: denoise.clone(), ..Setup::new(there, technique.clone(), size) };
+        let mut session = CpuSession::new(setup(editable(&scene)?, SIZE), cpu()?)?;
         let mut fresh: Option<CpuSession> = None;
         let mut reset_at = Vec::new();
         play(&mut session, &scene, |frame, view, begun, pixels| {
@@ -320,7 +329,7 @@ fn resets_make_fresh_sessions() -> Result<(), Failed> {
                 let size = if frame < RESIZED_AT { SIZE } else { RESIZED };
                 // the tree is that of the scene as it was built
                 let there = if frame < REBUILT_AT { editable(&scene) } else { SceneBuffers::build_editable(&now) }?;
-                fresh = Some(CpuSession::new(Setup::new(there, technique.clone(), size), cpu()?)?);
+                fresh = Some(CpuSession::new(setup(there, size), cpu()?)?);
                 view.scene = SceneChange::Edited(&now);
                 reset_at.push(frame);
             }
@@ -334,9 +343,9 @@ fn resets_make_fresh_sessions() -> Result<(), Failed> {
 }
 
 fn same_on_device(executor: &mut GpuExecutor) -> Result<(), Failed> {
-    for (scene, name, technique) in plays() {
+    for (scene, name, technique, denoise) in plays() {
         let scene = source(scene)?;
-        let setup = Setup::new(editable(&scene)?, technique, SIZE);
+        let setup = Setup { denoise, ..Setup::new(editable(&scene)?, technique, SIZE) };
         let mut host = Vec::new();
         play(&mut CpuSession::new(setup.clone(), cpu()?)?, &scene, |_, _, begun, pixels| {
             host.push((begun, pixels));

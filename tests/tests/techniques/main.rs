@@ -1,6 +1,7 @@
 //! Techniques: what their frames are, and their means against path tracing and against walks in `f64`.
 
 mod alpha;
+mod denoise;
 mod genealogy;
 mod hybrid;
 mod moving;
@@ -16,4 +17,4 @@ mod shift_twin;
 mod shifts;
 mod subsurface;
 
-restir_tests::suites! { alpha genealogy hybrid moving paths restir_di restir_di_glass restir_di_visibility restir_pt restir_pt_direct restir_pt_genealogy restir_sss shift_twin shifts subsurface }
+restir_tests::suites! { alpha denoise genealogy hybrid moving paths restir_di restir_di_glass restir_di_visibility restir_pt restir_pt_direct restir_pt_genealogy restir_sss shift_twin shifts subsurface }

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use restir::advanced::aov::Shot;
 use restir::advanced::checkpoint::{Checkpoint, render_resumed};
 use restir::advanced::output;
+use restir::denoise::Denoise;
 use restir::exec::{Description, Step};
 use restir::image::Channel;
 use restir::render::{Images, Progress, Render, Rendered, Shows};
@@ -45,6 +46,10 @@ pub(super) struct Arguments {
     /// Write the mean of all frames, instead of the last one (ReSTIR).
     #[arg(long)]
     accumulate: bool,
+    /// Denoise the image: neighbours that see the same surface are averaged, as far as noise explains their difference. Frames before the last
+    /// one help (ReSTIR).
+    #[arg(long)]
+    denoise: bool,
     /// Add channels to the EXR file that show how the technique works. ReSTIR shows its reservoirs: .M (confidence), .W
     /// (contribution weight), .visibility, .light (index) and .age (of the sample, in frames). Path tracing through
     /// scattering media shows order.N, the light that was scattered N times inside, each in a render of its own.
@@ -154,7 +159,8 @@ impl Arguments {
         let viewed = self.tev.is_some() && !self.layers && !self.stop.is_asked();
         let every = viewed || (numbered.is_some() && about.repeats == Repeats::Frames);
         let shows = if every { Shows::Each } else { Shows::Last };
-        Ok(Render { count, accumulate: self.accumulate, seed: options.seed, shows, ..Render::new(size, technique) })
+        let (accumulate, denoise) = (self.accumulate, self.denoise.then(Denoise::default));
+        Ok(Render { count, accumulate, denoise, seed: options.seed, shows, ..Render::new(size, technique) })
     }
 }
 

@@ -1,0 +1,52 @@
+//! A denoiser beside any technique: [`restir_shared::denoise`] after each frame that is shown, on the device that renders it.
+//!
+//! ```
+//! use restir_host::denoise::Denoise;
+//! use restir_host::render::Render;
+//! use restir_host::technique::path::PathSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, metrics, scene::Scene};
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let noisy = Render { count: 4, ..Render::new([48, 48], PathSettings::default()) };
+//! let denoised = Render { denoise: Some(Denoise::default()), ..noisy.clone() };
+//! let reference = Render { count: 256, seed: 1, ..noisy.clone() };
+//!
+//! let mut cpu = CpuExecutor::new()?;
+//! let [noisy, denoised, reference] = [noisy, denoised, reference].map(|job| job.render(&scene, &mut cpu));
+//! let reference = reference?.image;
+//! let [before, after] = [noisy?, denoised?].map(|of| metrics::compare(&of.image, &reference).expect("of a size").mse);
+//! assert!(after < 0.3 * before, "{after} {before}");
+//! # Ok::<(), Error>(())
+//! ```
+
+mod plan;
+
+use crate::sequence::technique::Technique;
+use crate::sequence::{Sequence, Stage};
+use crate::settings;
+use plan::Denoised;
+
+/// Most rounds: the pixels of the last one are 2^9 apart.
+const MAX_ROUNDS: u32 = 10;
+
+settings! {
+    /// Settings of the denoiser.
+    pub struct Denoise {
+        /// Most frames that are averaged over time; 1 turns it off. Frames that reuse samples have most of their error in common, so that more
+        /// of them help little, and those before them have more.
+        history: u32 = 8, in 1..=1024, unit "frames";
+        /// Rounds of the filter, each of which reaches twice as far; 0 averages over time alone.
+        rounds: u32 = 5, in 0..=MAX_ROUNDS, unit "";
+        /// Neighbours whose luminance differs by so many standard deviations see other light.
+        deviations: f32 = 8.0, in 0.1..=100.0, unit "standard deviations";
+    }
+}
+
+/// The frames of a technique, denoised if that is wanted.
+pub(crate) fn sequence(technique: &dyn Technique, denoise: Option<&Denoise>, stage: &Stage) -> Box<dyn Sequence> {
+    let picture = technique.sequence(stage);
+    match denoise {
+        Some(denoise) => Box::new(Denoised::new(denoise.clone(), technique.integral(), picture, stage)),
+        None => picture,
+    }
+}

@@ -1,0 +1,47 @@
+//! What anybody would try first: a Gaussian blur of light over reflectance.
+
+use restir_host::aov::{Aov, Shot};
+use restir_host::buffers::SceneBuffers;
+use restir_host::image::Image;
+use restir_host::technique::{Technique, path::PathSettings};
+use restir_shared::denoise::{Means, Reflectance};
+use restir_shared::glam::Vec3;
+
+/// Standard deviations that are tried, in pixels.
+pub(super) const WIDTHS: [f32; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
+/// What the surface of each pixel gives back, at its centre.
+pub(super) fn reflectances(scene: &SceneBuffers, size: [u32; 2]) -> Vec<Vec3> {
+    let integral = PathSettings { jitter: false, ..PathSettings::default() }.integral();
+    let shot = Shot { scene, frame: 0.0, camera: &|_| scene.camera, size, seed: 0, integral, samples: 1 };
+    let channels = shot.channels(&[Aov::Albedo, Aov::Scattering]).expect("an image of this size fits");
+    let at = |first: usize, i: usize| Vec3::from_array([0, 1, 2].map(|c| channels[first + c].values[i]));
+    let pixels = (size[0] * size[1]) as usize;
+    let means = |i| Means { albedo: at(0, i), normal: Vec3::ZERO, scattering: at(3, i) };
+    (0..pixels).map(|i| Reflectance::new(&means(i)).channels()).collect()
+}
+
+/// The image, over the reflectances, blurred, and multiplied by them again.
+pub(super) fn blurred(image: &Image, reflectances: &[Vec3], sigma: f32) -> Image {
+    let [width, height] = [image.width as i32, image.height as i32];
+    let light: Vec<Vec3> = image.pixels.iter().zip(reflectances).map(|(p, r)| Vec3::from_array(*p) / *r).collect();
+    let reach = (3.0 * sigma).ceil() as i32;
+    let along = |from: &[Vec3], [dx, dy]: [i32; 2]| -> Vec<Vec3> {
+        let at = |x: i32, y: i32| {
+            let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+            for step in -reach..=reach {
+                let (x, y) = (x + dx * step, y + dy * step);
+                if (0..width).contains(&x) && (0..height).contains(&y) {
+                    let weight = (-0.5 * (step as f32 / sigma).powi(2)).exp();
+                    sum += from[(y * width + x) as usize] * weight;
+                    weights += weight;
+                }
+            }
+            sum / weights
+        };
+        (0..width * height).map(|i| at(i % width, i / width)).collect()
+    };
+    let blurred = along(&along(&light, [1, 0]), [0, 1]);
+    let pixels = blurred.iter().zip(reflectances).map(|(l, r)| (*l * *r).to_array()).collect();
+    Image { pixels, ..*image }
+}

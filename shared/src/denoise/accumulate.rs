@@ -1,0 +1,153 @@
+//! Means over frames.
+
+use super::guide::{Guide, Track};
+use super::params::DenoiseParams;
+use crate::layout::FilmPixel;
+use crate::num;
+use crate::vec::luminance;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+
+/// A pixel's mean over frames, of light over reflectance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct History {
+    /// The mean, linear RGB.
+    pub color: [f32; 3],
+    /// How many frames it is worth; 0 of a pixel that is not filtered.
+    pub frames: f32,
+    /// Mean luminance of single frames.
+    pub first: f32,
+    /// Mean square of that.
+    pub second: f32,
+    /// How many frames these two are of.
+    pub observed: f32,
+    /// Zero.
+    pub reserved: f32,
+}
+
+const _: () = assert!(size_of::<History>() == 32);
+
+/// Beyond this a pixel is none of light: 2^100.
+const MAX: f32 = 1.267_650_6e30;
+
+/// Adds a pixel of this frame to what the last frame knew of its surface. In a picture that is a mean itself, of frames that
+/// [`DenoiseParams::frames`] counts, there is nothing to add.
+#[inline(always)]
+pub fn accumulate(
+    params: &DenoiseParams,
+    picture: FilmPixel,
+    guide: &Guide,
+    track: &Track,
+    other_guides: &[Guide],
+    other: &[History],
+) -> History {
+    let light = Vec3::from_array(picture.sum);
+    let [x, y, z] = [num::abs(light.x), num::abs(light.y), num::abs(light.z)];
+    if !guide.exists() | !((x < MAX) & (y < MAX) & (z < MAX)) {
+        return History { color: picture.sum, ..History::default() };
+    }
+    let parts = track.reflectance.channels();
+    let color = Vec3::new(num::div(light.x, parts.x), num::div(light.y, parts.y), num::div(light.z, parts.z));
+    let last =
+        if params.history > 0.0 { remembered(params, guide, track, other_guides, other) } else { History::default() };
+    let frames = num::min(last.frames, params.history - 1.0) + 1.0;
+    if params.frames > 1.0 || last.frames == 0.0 {
+        return alone(color, params.frames);
+    }
+    let bright = luminance(color);
+    let observed = num::min(last.observed, params.history - 1.0) + 1.0;
+    let (share, seen) = (num::recip(frames), num::recip(observed));
+    History {
+        color: mix(Vec3::from_array(last.color), color, share).to_array(),
+        frames,
+        first: last.first + (bright - last.first) * seen,
+        second: num::flush(last.second + (bright * bright - last.second) * seen),
+        observed,
+        reserved: 0.0,
+    }
+}
+
+/// What begins anew, from a picture of so many frames.
+#[inline(always)]
+fn alone(color: Vec3, frames: f32) -> History {
+    let bright = luminance(color);
+    let single = frames == 1.0;
+    let observed = if single { 1.0 } else { 0.0 };
+    let (first, second) = if single { (bright, num::flush(bright * bright)) } else { (0.0, 0.0) };
+    History { color: color.to_array(), frames, first, second, observed, reserved: 0.0 }
+}
+
+#[inline(always)]
+fn mix(from: Vec3, to: Vec3, share: f32) -> Vec3 {
+    from + (to - from) * share
+}
+
+/// What the four pixels know around the place where the last frame saw the point, as far as they saw the same surface.
+#[inline(always)]
+fn remembered(
+    params: &DenoiseParams,
+    guide: &Guide,
+    track: &Track,
+    other_guides: &[Guide],
+    other: &[History],
+) -> History {
+    let mut sum = History::default();
+    let mut weights = 0.0;
+    let place = Vec2::from_array(track.place) - Vec2::splat(0.5);
+    let (width, height) = (params.width as f32, params.height as f32);
+    // compared as floats: a conversion beyond the range would not be the same everywhere
+    let near = (place.x > -1.0) & (place.y > -1.0) & (place.x < width) & (place.y < height);
+    if !near | (track.inverse_depth == 0.0) {
+        return sum;
+    }
+    let corner = Vec2::new(num::floor(place.x), num::floor(place.y));
+    let within = place - corner;
+    let mut tap = 0;
+    while tap < 4 {
+        let (dx, dy) = (tap & 1, tap >> 1);
+        let (x, y) = (corner.x as i32 + dx, corner.y as i32 + dy);
+        let (index, inside) = params.neighbour([0, 0], x, y);
+        let (seen, known) = (other_guides[index], other[index]);
+        let offset = within - Vec2::new(dx as f32, dy as f32);
+        let same = (seen.key() == guide.key()) & (seen.from_plane(track.inverse_depth, offset, params.spread) < SAME);
+        let weight = (1.0 - num::abs(offset.x)) * (1.0 - num::abs(offset.y));
+        if inside & same & (known.frames > 0.0) {
+            weights += weight;
+            sum = sum.plus(&known, weight);
+        }
+        tap += 1;
+    }
+    if weights > LEAST { sum.scaled(num::recip(weights)) } else { History::default() }
+}
+
+/// How far from the plane of the last frame's pixel a point may lie, as of [`Guide::from_plane`].
+const SAME: f32 = 2.0;
+/// The weight that the pixels of the last frame have at least in common.
+const LEAST: f32 = 0.05;
+
+impl History {
+    #[inline(always)]
+    fn plus(self, other: &Self, weight: f32) -> Self {
+        Self {
+            color: (Vec3::from_array(self.color) + Vec3::from_array(other.color) * weight).to_array(),
+            frames: self.frames + other.frames * weight,
+            first: self.first + other.first * weight,
+            second: self.second + other.second * weight,
+            observed: self.observed + other.observed * weight,
+            reserved: 0.0,
+        }
+    }
+
+    #[inline(always)]
+    fn scaled(self, by: f32) -> Self {
+        Self {
+            color: (Vec3::from_array(self.color) * by).to_array(),
+            frames: self.frames * by,
+            first: self.first * by,
+            second: self.second * by,
+            observed: self.observed * by,
+            reserved: 0.0,
+        }
+    }
+}

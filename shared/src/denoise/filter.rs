@@ -1,0 +1,101 @@
+//! The edge-avoiding à-trous filter.
+
+use super::estimate::Estimate;
+use super::guide::{Guide, Track};
+use super::params::DenoiseParams;
+use crate::layout::FilmPixel;
+use crate::num;
+use crate::vec::{flush, luminance};
+use glam::{Vec2, Vec3};
+
+/// The cubic B-spline at whole numbers: 3/8, 1/4, 1/16.
+const SPLINE: [f32; 3] = [0.375, 0.25, 0.0625];
+/// The weight of the pixel itself in the kernel.
+const MIDDLE: f32 = SPLINE[0] * SPLINE[0];
+/// Differences of luminance below this do not matter.
+const TINY: f32 = 1.0e-10;
+
+/// Which part of a round's kernel lies on the surface that the pixel sees, in (0, 1].
+#[inline(always)]
+pub fn share(params: &DenoiseParams, guides: &[Guide], at: [u32; 2]) -> f32 {
+    let (index, _) = params.neighbour(at, 0, 0);
+    let guide = guides[index];
+    let mut share = MIDDLE;
+    let mut tap = 0;
+    while tap < 25 {
+        let (index, offset, weight) = neighbour(params, at, tap);
+        if weight > 0.0 {
+            share += weight * num::exp(-guide.difference(&guides[index], offset, params.spread));
+        }
+        tap += 1;
+    }
+    share
+}
+
+/// One round: the mean of a pixel and its neighbours, [`DenoiseParams::step`] apart, and the variance that is left. `shares` are those of
+/// [`share`].
+///
+/// The usual form divides by the sum of all weights, and loses light: a bright pixel takes part in its own mean alone, and in those of none of its
+/// neighbours. Here two pixels give each other the same, and what is left of the weights goes to the pixel itself.
+#[inline(always)]
+pub fn filter(params: &DenoiseParams, guides: &[Guide], light: &[Estimate], shares: &[f32], at: [u32; 2]) -> Estimate {
+    let (index, _) = params.neighbour(at, 0, 0);
+    let (guide, own, own_share) = (guides[index], light[index], shares[index]);
+    if !own.is_filtered() {
+        return own;
+    }
+    let bright = luminance(Vec3::from_array(own.color));
+    let mut rest = 1.0;
+    let mut color = Vec3::ZERO;
+    let mut variance = 0.0;
+    let mut tap = 0;
+    while tap < 25 {
+        let (index, offset, weight) = neighbour(params, at, tap);
+        let other = light[index];
+        if (weight > 0.0) & other.is_filtered() {
+            let noise = params.deviations * num::sqrt(own.variance + other.variance) + TINY;
+            let off = num::div(num::abs(bright - luminance(Vec3::from_array(other.color))), noise);
+            let surface = guide.difference(&guides[index], offset, params.spread);
+            let both = weight * num::rsqrt(own_share * shares[index]);
+            let weight = num::min(both * num::exp(-(surface + off)), rest);
+            rest -= weight;
+            color += Vec3::from_array(other.color) * weight;
+            variance += other.variance * (weight * weight);
+        }
+        tap += 1;
+    }
+    color += Vec3::from_array(own.color) * rest;
+    variance += own.variance * (rest * rest);
+    Estimate { color: color.to_array(), variance: num::flush(variance) }
+}
+
+/// A neighbour of a round: its index, how far away it is, and its weight in the kernel, which is 0 beyond the image and of the pixel itself.
+#[inline(always)]
+fn neighbour(params: &DenoiseParams, at: [u32; 2], tap: i32) -> (usize, Vec2, f32) {
+    let (dx, dy) = (tap % 5 - 2, tap / 5 - 2);
+    let step = params.step as i32;
+    let (index, inside) = params.neighbour(at, dx.wrapping_mul(step), dy.wrapping_mul(step));
+    let offset = Vec2::new(dx as f32, dy as f32) * params.step as f32;
+    let weight = if inside & (tap != 12) { spline(dx) * spline(dy) } else { 0.0 };
+    (index, offset, weight)
+}
+
+#[inline(always)]
+fn spline(distance: i32) -> f32 {
+    let [middle, next, far] = SPLINE;
+    match distance {
+        0 => middle,
+        -1 | 1 => next,
+        _ => far,
+    }
+}
+
+/// Light, of a filtered pixel and what its surface gives back; of one that is not filtered the picture.
+#[inline(always)]
+pub fn modulate(picture: FilmPixel, guide: &Guide, track: &Track, filtered: &Estimate) -> FilmPixel {
+    if !guide.exists() | !filtered.is_filtered() {
+        return picture;
+    }
+    let light = Vec3::from_array(filtered.color) * track.reflectance.channels();
+    FilmPixel { sum: flush(light).to_array(), ..picture }
+}

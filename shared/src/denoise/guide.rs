@@ -1,0 +1,158 @@
+//! What pixels see, by which neighbours are told apart.
+
+use super::params::GuideParams;
+use super::reflectance::{Means, Reflectance, Samples, means};
+use crate::bsdf::Material;
+use crate::camera::{about_pixel, central_ray};
+use crate::geometry::Ray;
+use crate::layout::CameraParams;
+use crate::num;
+use crate::pack::{decode_unit_vector, encode_unit_vector, f32_from_half2, half2_from_f32};
+use crate::resample::reproject::{MIN_DEPTH, Point};
+use crate::scene::{Frames, Location, Probe, Surface, Trace};
+use crate::vec::dot;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+
+/// The surface in the middle of a pixel. Inverse depths are linear in the image over a plane, so that a slope tells those of all pixels
+/// that see the same plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Guide {
+    /// One over the distance along the camera's axis, in distances of the image plane.
+    inverse_depth: f32,
+    /// By which part of itself it grows from pixel to pixel, to the right and down, as two halves.
+    slopes: u32,
+    /// Unit geometric normal, as of [`encode_unit_vector`].
+    normal: u32,
+    /// Which object it belongs to: pixels of other keys have nothing in common. 0 where nothing is.
+    key: u32,
+}
+
+impl Guide {
+    /// Nothing.
+    pub const NONE: Self = Self { inverse_depth: 0.0, slopes: 0, normal: 0, key: 0 };
+
+    /// A surface of an object, whose key is not 0.
+    #[inline(always)]
+    pub fn new(inverse_depth: f32, slopes: [f32; 2], normal: Vec3, key: u32) -> Self {
+        // beyond that a pixel sees the surface from its edge
+        let slope = |slope: f32| num::clamp(slope, -1.0, 1.0);
+        let slopes = half2_from_f32(slope(slopes[0]), slope(slopes[1]));
+        Self { inverse_depth, slopes, normal: encode_unit_vector(normal), key }
+    }
+
+    /// Which object it is.
+    #[inline(always)]
+    pub(super) fn key(&self) -> u32 {
+        self.key
+    }
+
+    /// Whether there is a surface.
+    #[inline(always)]
+    pub fn exists(&self) -> bool {
+        self.key != 0
+    }
+
+    /// How different a surface is that is seen `offset` pixels away: 0 in the same plane, 1 where it is hardly the same surface any more, and
+    /// beyond [`Self::ANOTHER`] on another object. `spread` is that of [`super::DenoiseParams`].
+    #[inline(always)]
+    pub(super) fn difference(&self, other: &Self, offset: Vec2, spread: f32) -> f32 {
+        let turned = 1.0 - dot(decode_unit_vector(self.normal), decode_unit_vector(other.normal));
+        // as seen from both sides, so that what one pixel gives the other takes
+        let there = self.from_plane(other.inverse_depth, offset, spread);
+        let from_plane = num::max(there, other.from_plane(self.inverse_depth, -offset, spread));
+        if self.key == other.key { num::max(turned, 0.0) * Self::SHARPNESS + from_plane } else { Self::ANOTHER }
+    }
+
+    /// How far a point that is seen `offset` pixels away lies from the plane, where 1 is a slope of 45 degrees.
+    #[inline(always)]
+    pub(super) fn from_plane(&self, inverse_depth: f32, offset: Vec2, spread: f32) -> f32 {
+        let (across, down) = f32_from_half2(self.slopes);
+        let change = across * offset.x + down * offset.y;
+        let off = num::abs(inverse_depth - self.inverse_depth * (1.0 + change));
+        let distance = num::sqrt(offset.x * offset.x + offset.y * offset.y);
+        let tolerance = spread * distance + Self::BENT * num::abs(change) + Self::ROUNDING;
+        num::div(off, self.inverse_depth * tolerance)
+    }
+
+    /// A difference beyond which nothing is alike.
+    pub(super) const ANOTHER: f32 = 1.0e4;
+    /// Normals that are 1/64 of a turn's cosine apart differ by 1.
+    const SHARPNESS: f32 = 64.0;
+    /// The part by which the slope of a surface that is seen at a grazing angle may change.
+    const BENT: f32 = 0.125;
+    /// Of depths, some roundings.
+    const ROUNDING: f32 = 1.0e-5;
+}
+
+/// What of a pixel goes into light, and where the last frame saw its point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Track {
+    /// See there.
+    pub reflectance: Reflectance,
+    /// Where in the last frame's image the point was, in pixels from the upper left corner.
+    pub place: [f32; 2],
+    /// Its inverse depth there, as of [`Guide`]; 0 if it lay behind the camera.
+    pub inverse_depth: f32,
+}
+
+const _: () = assert!(size_of::<Guide>() == 16 && size_of::<Track>() == 16);
+
+/// What the pixel (x, y) sees: the surface at its centre, and means over its samples.
+#[inline(always)]
+pub fn guide<F>(frames: &F, params: &GuideParams, at: [u32; 2]) -> (Guide, Track)
+where
+    F: Frames,
+    F::Scene: Probe + Surface<Material = Material>,
+{
+    let scene = frames.scene(false);
+    let centre = Vec2::new(at[0] as f32, at[1] as f32) + Vec2::splat(0.5);
+    let ray = central_ray(&params.camera, centre);
+    let hit = scene.closest(&ray);
+    if !hit.is_hit() {
+        return (Guide::NONE, Track::default());
+    }
+    let point = scene.surface(&ray, &hit);
+    let Location { position, normal, .. } = scene.location(&hit);
+    let emits = u32::from(point.emission.x + point.emission.y + point.emission.z > 0.0);
+    // an object's number may be any of 31 bits
+    let key = scene.object(&hit).wrapping_mul(2).wrapping_add(emits).wrapping_add(1);
+    let depth = params.grid().point(&params.camera, position).depth;
+    let slopes = slopes(&params.camera, &ray, normal);
+    let then = params.grid().point(&params.other_camera, frames.scene(true).location(&hit).position);
+    let track = Track { reflectance: Reflectance::new(&averaged(&scene, params, at)), ..Track::seen(&then) };
+    (Guide::new(num::recip(num::max(depth, MIN_DEPTH)), slopes, normal, key), track)
+}
+
+impl Track {
+    /// A point where the last frame saw it.
+    #[inline(always)]
+    fn seen(point: &Point) -> Self {
+        let before = point.depth > MIN_DEPTH;
+        let inverse_depth = if before { num::recip(point.depth) } else { 0.0 };
+        Self { place: [point.x, point.y], inverse_depth, ..Self::default() }
+    }
+}
+
+#[inline(always)]
+fn averaged<S: Trace + Surface<Material = Material>>(scene: &S, params: &GuideParams, at: [u32; 2]) -> Means {
+    let GuideParams { seed, first_sample: first, samples: count, flags, .. } = *params;
+    let wide = flags & GuideParams::BLACKMAN_HARRIS != 0;
+    let samples = Samples { camera: &params.camera, jitter: flags & GuideParams::JITTER != 0, seed, first, count };
+    means(scene, &samples, |u| if wide { about_pixel(u) } else { u }, at)
+}
+
+/// By which part of itself the inverse depth of a plane grows from pixel to pixel, at the point that a ray through the centre of a pixel
+/// meets: a plane `n . p = c`, seen from the origin along `d`, has the inverse depth `n . d / c`.
+#[inline(always)]
+fn slopes(camera: &CameraParams, ray: &Ray, normal: Vec3) -> [f32; 2] {
+    let [forward, right, up] =
+        [Vec3::from_array(camera.forward), Vec3::from_array(camera.right), Vec3::from_array(camera.up)];
+    // along the ray, as far as the image plane
+    let scale = num::div(dot(forward, forward), dot(ray.direction, forward));
+    let across = dot(normal, ray.direction) * scale;
+    let part = |axis: Vec3| num::div(2.0 * dot(normal, axis), across);
+    [part(right) * camera.inv_width, -(part(up) * camera.inv_height)]
+}
