@@ -1,8 +1,13 @@
 //! Scenes of bodies that scatter light inside, for techniques that reuse it.
 
 use crate::half_sky::waxy;
-use glam::{DQuat, DVec3};
-use restir_host::scene::{Camera, Material, Mesh, Motion, Pose, Scene, builtin};
+use glam::dcamera::rh::view::look_at_affine3;
+use glam::{DAffine3, DQuat, DVec3};
+use restir_host::scene::subsurface::medium;
+use restir_host::scene::{
+    Attachment, Camera, Interpolation, Material, Mesh, Motion, Node, Part, Placement, Pose, Property, Scene, Track,
+    builtin,
+};
 
 /// A scene by its name, if there is one.
 ///
@@ -11,7 +16,9 @@ use restir_host::scene::{Camera, Material, Mesh, Motion, Pose, Scene, builtin};
 /// * `open`: a ball without its bottom;
 /// * `touching`: two bodies that lie on each other;
 /// * `marble-statue`, `skin-statue`: the built-in hare of marble, ten centimetres large, and of skin, two metres large;
-/// * `turning-statue`: the latter turns, and so does all that is seen of it.
+/// * `turning-statue`: the latter turns, and so does all that is seen of it;
+/// * `passing-statue`: the same stands, and the camera passes by;
+/// * `marble-hall`: a closed room whose floor and column are of marble.
 pub fn named(name: &str) -> Option<Scene> {
     let scene = match name {
         "ball" => lit(Mesh::sphere(DVec3::ZERO, 0.8, 4)),
@@ -23,6 +30,8 @@ pub fn named(name: &str) -> Option<Scene> {
         "marble-statue" => statue("marble", None),
         "skin-statue" => statue("skin1", Some(0.1)),
         "turning-statue" => turning(statue("skin1", Some(0.1))),
+        "passing-statue" => passing(statue("skin1", Some(0.1))),
+        "marble-hall" => marble_hall(),
         _ => return None,
     };
     Some(Scene { name: name.to_owned(), ..scene })
@@ -86,5 +95,50 @@ fn turning(mut scene: Scene) -> Scene {
         rotation: DQuat::from_rotation_y(f64::from(2 * frame).to_radians()),
     };
     scene.animation.motions.push(Motion { instance, keys: (0..16).map(pose).collect() });
+    scene
+}
+
+/// The camera moves to its right by as much a frame as the statue moves by some two of 32 columns.
+fn passing(mut scene: Scene) -> Scene {
+    let camera = scene.camera.expect("it is seen");
+    let right = (camera.target - camera.position).cross(camera.up).normalize();
+    let rig = &mut scene.animation.rig;
+    let mut node = |name: &str, parent, placement| {
+        rig.nodes.push(Node { name: name.to_owned(), parent, placement, weights: Vec::new() });
+        rig.nodes.len() - 1
+    };
+    let at_rest = Placement::Parts { translation: [0.0; 3], rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] };
+    let rail = node("rail", None, at_rest);
+    let stand = look_at_affine3(camera.position, camera.target, camera.up).inverse();
+    let node = node("camera", Some(rail), Placement::Matrix(stand));
+    rig.attachments.push(Attachment { node, part: Part::Camera });
+    let frames = 0..16_u8;
+    rig.tracks.push(Track {
+        node: rail,
+        property: Property::Translation,
+        interpolation: Interpolation::Linear,
+        times: frames.clone().map(f32::from).collect(),
+        values: frames.flat_map(|frame| (right * (0.12 * f64::from(frame))).as_vec3().to_array()).collect(),
+    });
+    scene
+}
+
+/// Light comes from under the ceiling alone; the column stands just above the floor.
+fn marble_hall() -> Scene {
+    let camera = Camera::pinhole(DVec3::new(0.5, 1.3, 1.8), DVec3::new(0.0, 0.8, -0.4), DVec3::Y, 0.9);
+    let mut scene = Scene { camera: Some(camera), ..Scene::default() };
+    let volume = Some(medium("marble", 0.02).expect("a medium that there is"));
+    let marble = Material { diffuse_transmission: 1.0, volume, ..Material::diffuse("marble", [1.0; 3]) };
+    let marble = scene.add_material(marble);
+    scene.add_mesh("floor", marble, Mesh::cuboid(DVec3::new(-1.99, -0.5, -1.99), DVec3::new(1.99, 0.0, 1.99)));
+    let column =
+        [[0.0, 0.0], [0.4, 0.0], [0.4, 0.15], [0.28, 0.25], [0.24, 1.25], [0.36, 1.4], [0.36, 1.5], [0.0, 1.5]];
+    let column = Mesh::lathe(&column.map(|[radius, y]| [radius, y + 0.005]), 24);
+    scene.place_mesh("column", marble, column, DAffine3::from_translation(DVec3::new(-0.2, 0.0, -0.5)));
+    let plaster = scene.add_material(Material::diffuse("plaster", [0.6, 0.58, 0.55]));
+    let mut walls = Mesh::cuboid(DVec3::new(-2.0, -0.6, -2.0), DVec3::new(2.0, 2.5, 2.0));
+    walls.indices.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
+    scene.add_mesh("walls", plaster, walls);
+    scene.add_quad_light(DVec3::new(-1.0, 2.4, -0.4), [DVec3::X * 1.2, DVec3::Z * 1.2], [8.0, 7.4, 6.4], false);
     scene
 }
