@@ -6,7 +6,7 @@ use restir_host::tonemap::Tone;
 use restir_shared::color::srgb_encode;
 
 /// How many pixels lie in a degree of the field of view: of a display 0.7 m away that has 3840 of them on 0.7 m, as the paper proposes.
-const PIXELS_PER_DEGREE: f32 = 67.0;
+pub const PIXELS_PER_DEGREE: f32 = 67.0;
 
 /// The mean over all pixels of the difference between two pictures that are shown in turns: 0 if they are the same, 1 at most. Both are shown by
 /// the same tone mapping, in 8 bits a channel.
