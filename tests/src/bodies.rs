@@ -12,6 +12,7 @@ use restir_host::scene::{
 /// A scene by its name, if there is one.
 ///
 /// * `ball`, `block`, `torus`: a body beside a small lamp;
+/// * `ball-DIAMETERS`, `ball-0.01` for instance: a ball in which light flies so far, see [`ball`];
 /// * `comb`: ten thin plates that are one body, of which a segment meets up to twenty sides, more than are listed;
 /// * `open`: a ball without its bottom;
 /// * `touching`: two bodies that lie on each other;
@@ -21,7 +22,7 @@ use restir_host::scene::{
 /// * `marble-hall`: a closed room whose floor and column are of marble.
 pub fn named(name: &str) -> Option<Scene> {
     let scene = match name {
-        "ball" => lit(Mesh::sphere(DVec3::ZERO, 0.8, 4)),
+        "ball" => lit(sphere()),
         "block" => lit(Mesh::cuboid(DVec3::new(-0.5, -0.6, -0.4), DVec3::new(0.6, 0.5, 0.5))),
         "torus" => lit(torus()),
         "comb" => lit(comb()),
@@ -32,22 +33,40 @@ pub fn named(name: &str) -> Option<Scene> {
         "turning-statue" => turning(statue("skin1", Some(0.1))),
         "passing-statue" => passing(statue("skin1", Some(0.1))),
         "marble-hall" => marble_hall(),
-        _ => return None,
+        _ => ball(name.strip_prefix("ball-")?.parse().ok().filter(|diameters| *diameters > 0.0)?),
     };
     Some(Scene { name: name.to_owned(), ..scene })
+}
+
+/// The ball alone, under a light that all of what is seen of it sees as a whole; light of the red channel flies so many of its diameters from collision to collision in the mean.
+pub fn ball(diameters: f32) -> Scene {
+    let flights = [1.6, 0.96, 0.48].map(|flight| flight * diameters);
+    let mut scene = seen();
+    let wax = scene.add_material(waxy([0.9, 0.7, 0.5], flights));
+    scene.add_mesh("body", wax, sphere());
+    scene.add_quad_light(DVec3::new(0.0, 2.5, 1.8), [DVec3::X, DVec3::new(0.0, -0.7, 0.7)], [9.0, 8.0, 6.0], false);
+    scene
+}
+
+fn sphere() -> Mesh {
+    Mesh::sphere(DVec3::ZERO, 0.8, 4)
 }
 
 /// A body of wax with a small lamp beside it, whose light goes far in relation to its size. What a ball has around a point it has around each, so
 /// that replay has a Jacobian of 1 there; a block has edges.
 fn lit(body: Mesh) -> Scene {
-    let camera = Camera::pinhole(DVec3::new(0.4, 1.0, 2.8), DVec3::ZERO, DVec3::Y, 0.6);
-    let mut scene = Scene { camera: Some(camera), ..Scene::default() };
+    let mut scene = seen();
     let wax = scene.add_material(waxy([0.9, 0.7, 0.5], [0.5, 0.3, 0.15]));
     scene.add_mesh("body", wax, body);
     let floor = scene.add_material(Material::diffuse("floor", [0.5; 3]));
     scene.add_mesh("floor", floor, Mesh::quad(DVec3::new(-4.0, -0.81, 4.0), [DVec3::X * 8.0, DVec3::Z * -8.0]));
     scene.add_sphere_light(DVec3::new(0.5, 0.7, 0.7), 0.12, [9.0, 8.0, 6.0]);
     scene
+}
+
+fn seen() -> Scene {
+    let camera = Camera::pinhole(DVec3::new(0.4, 1.0, 2.8), DVec3::ZERO, DVec3::Y, 0.6);
+    Scene { camera: Some(camera), ..Scene::default() }
 }
 
 fn torus() -> Mesh {
@@ -65,7 +84,7 @@ fn comb() -> Mesh {
 }
 
 fn open() -> Mesh {
-    let mut ball = Mesh::sphere(DVec3::ZERO, 0.8, 4);
+    let mut ball = sphere();
     let is_above = |triangle: &[u32; 3]| triangle.iter().all(|&i| ball.positions[i as usize][1] > -0.3);
     ball.indices = ball.indices.iter().copied().filter(is_above).collect();
     ball
