@@ -18,6 +18,7 @@ pub mod error;
 pub mod features;
 pub mod figure;
 mod fit;
+pub mod flip;
 pub mod furnace;
 pub mod gains;
 pub mod num;

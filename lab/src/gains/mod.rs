@@ -18,8 +18,9 @@ use restir_host::image::Image;
 use restir_host::render::Render;
 use restir_host::scene::CameraPath;
 use restir_host::technique::asked::asked_after;
+use restir_host::tonemap::{Operator, Tone};
 
-use crate::{Error, report::publish, time::thread_seconds};
+use crate::{Error, flip, report::publish, time::thread_seconds};
 use correlated::Correlated;
 use parts::Part;
 use study::{Pictured, Study};
@@ -32,6 +33,12 @@ const SETTLED: u32 = 4;
 const SAMPLES: [u32; 4] = [1, 4, 16, 64];
 /// Chains whose time is taken; the median counts.
 const TIMED: u32 = 3;
+/// Samples of what pictures are compared with by eye, whose seed no other picture has.
+const TRUE_SAMPLES: u32 = 4096;
+const TRUE_SEED: u32 = 1 << 31;
+/// How pictures are shown.
+const SHOWN: Tone = Tone { exposure: 0.0, operator: Operator::Aces };
+
 /// Options of `cargo lab gains`.
 #[derive(Args)]
 pub struct Options {
@@ -88,6 +95,8 @@ struct Row {
     /// How many frames the error has been paid with.
     frames: u32,
     rel_mse: Estimate,
+    /// How different the picture looks from the true one, the mean over pictures.
+    flip: f64,
     cost: Cost,
 }
 
@@ -96,6 +105,8 @@ struct View {
     name: String,
     /// relMSE of path tracing with each of [`SAMPLES`].
     path: Vec<Estimate>,
+    /// FLIP of these.
+    path_flip: Vec<f64>,
     sample: Cost,
     /// Of each of the study's settings.
     rows: Vec<Row>,
@@ -124,14 +135,16 @@ impl View {
         for seed in 0..options.images {
             try_once(&mut CpuExecutor::inline(), &thread_seconds, &trials, &mut tried, seed, &mut |_| Ok(()))?;
         }
+        let flips = flips(&subject, &study.path_tracing(size)?, &whole, &tried[..compared])?;
         let (trials, parts) = (&trials[..compared], parts::measured(study, &tried[compared..]));
         let judged = judge(trials, &tried[..compared]);
         let costs = trials.iter().map(cost).collect::<Result<Vec<_>, _>>()?;
         let (path, chains) = judged.split_at(SAMPLES.len());
-        let rows = study.settings.iter().zip(chains).zip(&costs[SAMPLES.len()..]).map(
-            |((&(settings, is_mean), judged), cost)| {
+        let (path_flip, chain_flips) = flips.split_at(SAMPLES.len());
+        let rows = study.settings.iter().zip(chains).zip(&costs[SAMPLES.len()..]).zip(chain_flips).map(
+            |(((&(settings, is_mean), judged), cost), &flip)| {
                 let frames = if is_mean { FRAMES } else { 1 };
-                Row { settings, frames, rel_mse: judged.rel_mse, cost: *cost }
+                Row { settings, frames, rel_mse: judged.rel_mse, flip, cost: *cost }
             },
         );
         let truth = mean(&tried[SAMPLES.len() - 1], size);
@@ -140,6 +153,7 @@ impl View {
         Ok(Self {
             name: pictured.name(),
             path: path.iter().map(|judged| judged.rel_mse).collect(),
+            path_flip: path_flip.to_vec(),
             sample: costs[SAMPLES.len() - 1],
             rows: rows.collect(),
             correlated,
@@ -167,6 +181,17 @@ impl View {
     }
 }
 
+/// FLIP of each of the tried, the mean over its images, beside a picture by path tracing that has next to no noise.
+fn flips(subject: &Subject, path: &Render, whole: &[Window], tried: &[Tried]) -> Result<Vec<f64>, restir_host::Error> {
+    let truth = Render { count: TRUE_SAMPLES, seed: TRUE_SEED, ..path.clone() };
+    let Trial { scene, pieces } = subject.trial(&truth, whole);
+    let (_, render) = &pieces[0];
+    let truth = render.render(scene, &mut CpuExecutor::inline())?.image;
+    let of = |values: &Vec<f64>| flip::mean(SHOWN, &truth, &image([truth.width, truth.height], values));
+    let mean = |tried: &Tried| tried.values().iter().map(of).sum::<f64>() / tried.images() as f64;
+    Ok(tried.iter().map(mean).collect())
+}
+
 /// What repeats after the first ones cost on one thread.
 fn cost(trial: &Trial<'_>) -> Result<Cost, restir_host::Error> {
     let (_, render) = &trial.pieces[0];
@@ -192,11 +217,15 @@ fn seconds(trial: &Trial<'_>) -> Result<f64, restir_host::Error> {
 }
 
 /// The mean of a trial's images.
-fn mean(tried: &Tried, [width, height]: [u32; 2]) -> Image {
-    let mut sums = vec![0.0; 3 * (width * height) as usize];
+fn mean(tried: &Tried, size: [u32; 2]) -> Image {
+    let mut sums = vec![0.0; 3 * (size[0] * size[1]) as usize];
     for values in tried.values() {
         sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value / tried.images() as f64);
     }
-    let pixels = sums.chunks_exact(3).map(|pixel| [pixel[0], pixel[1], pixel[2]].map(|value| value as f32)).collect();
+    image(size, &sums)
+}
+
+fn image([width, height]: [u32; 2], values: &[f64]) -> Image {
+    let pixels = values.chunks_exact(3).map(|pixel| [pixel[0], pixel[1], pixel[2]].map(|value| value as f32)).collect();
     Image { width, height, pixels }
 }

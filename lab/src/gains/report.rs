@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use restir_cli::trial::Estimate;
 
-use super::{Cost, FRAMES, Options, Part, Row, SAMPLES, SETTLED, Study, View, moving};
+use super::{Cost, FRAMES, Options, Part, Row, SAMPLES, SETTLED, Study, TRUE_SAMPLES, View, moving};
+use crate::flip::PIXELS_PER_DEGREE;
 
 pub(super) fn markdown(options: &Options, study: &Study, views: &[View], moving: &[moving::Row]) -> String {
     let mut text = heading(options, study);
@@ -41,22 +42,25 @@ fn heading(options: &Options, study: &Study) -> String {
          what one thread has had of the processor for a frame after the first {SETTLED}, so that it does not depend on what else the machine does; rays \
          are those that a pixel's kernels ask for in a frame. Path tracing has the same \
          longest path (`{path}`), and was rendered with {SAMPLES:?} samples: in between its error is taken to follow a power \
-         of their number.\n\nMade by `cargo lab gains {only}--write`. What settings mean is printed by `restir settings {technique}`.\n",
+         of their number. FLIP (Andersson et al. 2020) tells how different a picture looks from one of {TRUE_SAMPLES} samples, from 0 to 1, as pictures \
+         are shown by ACES' curve, {PIXELS_PER_DEGREE} pixels a degree: the mean over pixels and renders.\n\nMade by `cargo lab gains {only}--write`. What settings mean is printed by `restir settings {technique}`.\n",
         width * 3 / 4,
     )
 }
 
 fn section(view: &View) -> String {
-    let head = "| relMSE | ms a frame | rays a pixel | over path tracing in equal time | with equal rays |";
-    let rule = "|---|---:|---:|---:|---:|---:|";
+    let head = "| relMSE | FLIP | ms a frame | rays a pixel | over path tracing in equal time | with equal rays |";
+    let rule = "|---|---:|---:|---:|---:|---:|---:|";
     let errors: Vec<String> =
         SAMPLES.iter().zip(&view.path).map(|(count, of)| format!("{} with {count}", measured(of))).collect();
+    let looks: Vec<String> = view.path_flip.iter().map(|flip| format!("{flip:.3}")).collect();
     let Cost { seconds, rays } = view.sample;
     let mut text = format!(
-        "\n## {}\n\nA sample of path tracing takes {:.2} ms and {rays:.2} rays a pixel. Its relMSE is {}.\n",
+        "\n## {}\n\nA sample of path tracing takes {:.2} ms and {rays:.2} rays a pixel. Its relMSE is {}; its FLIP {}.\n",
         view.name,
         1e3 * seconds,
-        errors.join(", ")
+        errors.join(", "),
+        looks.join(", ")
     );
     for (title, frames) in [("the last frame".to_owned(), 1), (format!("the mean of {FRAMES} frames"), FRAMES)] {
         let rows: Vec<_> = view.rows.iter().filter(|row| row.frames == frames).collect();
@@ -88,9 +92,10 @@ fn line(view: &View, row: &Row) -> String {
     let [time, of_rays] = [|cost: &Cost| cost.seconds, |cost: &Cost| cost.rays]
         .map(|of: fn(&Cost) -> f64| ratio(&view.over_path_tracing(row, of)));
     format!(
-        "| {} | {} | {:.2} | {rays:.2} | {time} | {of_rays} |\n",
+        "| {} | {} | {:.3} | {:.2} | {rays:.2} | {time} | {of_rays} |\n",
         named(row.settings),
         measured(&row.rel_mse),
+        row.flip,
         1e3 * seconds
     )
 }

@@ -1,6 +1,7 @@
 //! What is measured: a technique with its settings, and the path tracing that it is compared with.
 
 use restir_host::Error;
+use restir_host::buffers::SceneBuffers;
 use restir_host::render::Render;
 use restir_host::scene::{Camera, Scene};
 use restir_host::technique::{Technique, named};
@@ -34,10 +35,15 @@ impl Pictured {
 
     pub(super) fn scene(&self) -> Result<Scene, Error> {
         let mut scene = Scene::load(self.scene)?;
+        if !scene.has_light() {
+            scene.add_default_light();
+        }
         if let Some((medium, scale)) = self.medium {
             scene.fill(medium, Some(scale))?;
+            // what comes without a camera is seen as a whole
+            let seen = SceneBuffers::build(&scene)?.camera;
             let closer = |camera: Camera| Camera { vertical_fov: camera.vertical_fov * CLOSER, ..camera };
-            scene.camera = scene.camera.map(closer);
+            scene.camera = Some(closer(seen));
         }
         Ok(scene)
     }
@@ -116,6 +122,7 @@ pub(super) const SUBSURFACE: Study = Study {
         Pictured::filled("statue", ("skin1", 0.1), true),
         Pictured::filled("statue", ("skin1", 0.1), false),
         Pictured::filled("statue", ("marble", 0.02), true),
+        Pictured::filled("assets/bunny.glb", ("skin1", 0.1), true),
     ],
     settings: &[
         ("", false),

@@ -86,6 +86,15 @@ enum Expected {
     Wrong,
 }
 
+/// The biases that a row is to notice, in percent.
+#[derive(Clone, Copy, Debug)]
+struct Goal {
+    /// Of the image.
+    image: f64,
+    /// Of tiles' channels, in half of them.
+    tiles: f64,
+}
+
 /// Settings that are tested.
 #[derive(Clone)]
 struct Cell {
@@ -169,8 +178,10 @@ fn rows(options: &Options, trials: &Trials, scenes: &[&str], cells: &[(String, b
         };
         for (settings, wrong) in cells.iter().filter(|(settings, _)| wanted(settings)) {
             let cell = Cell::new(trials, scene, settings, *wrong)?;
-            let declared = options.technique.as_ref().map(|_| trials.known.matrix.goal(scene));
-            let goal = options.goal.or(declared.filter(|_| cell.expected != Expected::Biased));
+            let matrix = trials.known.matrix;
+            let declared = options.technique.as_ref().filter(|_| cell.expected != Expected::Biased);
+            let declared = declared.map(|_| Goal { image: matrix.goal(scene), tiles: matrix.tile_goal });
+            let goal = options.goal.map(|image| Goal { image, tiles: f64::INFINITY }).or(declared);
             let row = stage.row(cell, goal, family_rate)?;
             eprintln!("{:.0} s: {row}", start.elapsed().as_secs_f64());
             rows.push(row);

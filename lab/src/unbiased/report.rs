@@ -9,7 +9,7 @@ use restir_tests::technique::Trials;
 
 use super::side::Side;
 use super::stage::FRAMES;
-use super::{Cell, Expected, FAMILY_RATE, GRID, MOST_RESTARTS, SIZE, TILE, WRONG_RADIANCE};
+use super::{Cell, Expected, FAMILY_RATE, GRID, Goal, MOST_RESTARTS, SIZE, TILE, WRONG_RADIANCE};
 use crate::Error;
 
 /// A biased setting has to differ by this many standard errors.
@@ -19,8 +19,7 @@ const BIASED: f64 = 3.0;
 pub(super) struct Row {
     scene: String,
     cell: Cell,
-    /// The bias of the image that is to be noticed, in percent.
-    goal: Option<f64>,
+    goal: Option<Goal>,
     restarts: u32,
     pub(super) verdict: Verdict,
     /// Of each tile's channels, then of the image's.
@@ -35,7 +34,7 @@ impl Row {
     pub(super) fn new(
         scene: &str,
         cell: Cell,
-        goal: Option<f64>,
+        goal: Option<Goal>,
         family_rate: f64,
         tested: &Side,
         reference: &[Moments],
@@ -61,16 +60,18 @@ impl Row {
         }
     }
 
-    /// The bias of the image that would be noticed, over that which is to be; without a goal any will do.
+    /// The biases that would be noticed, over those which are to be, whichever is larger; without a goal any will do.
     pub(super) fn detectable_over_goal(&self) -> f64 {
-        self.goal.map_or(0.0, |goal| 100.0 * self.verdict.detectable_in_image / goal)
+        let [image, tiles] = [self.verdict.detectable_in_image, self.detectable_in_half].map(|bias| 100.0 * bias);
+        self.goal.map_or(0.0, |goal| f64::max(image / goal.image, tiles / goal.tiles))
     }
 
     /// What it would cost to reach the goal, where it is missed: what is detectable falls with the root of the restarts.
     fn missing(&self) -> String {
         let over = self.detectable_over_goal();
-        let Some(goal) = self.goal.filter(|_| over > 1.0) else { return String::new() };
-        format!("; **{goal} % asked for**, which {:.1} times as many restarts would reach", over * over)
+        let Some(Goal { image, tiles }) = self.goal.filter(|_| over > 1.0) else { return String::new() };
+        let of_tiles = if tiles.is_finite() { format!(", {tiles} % of tiles") } else { String::new() };
+        format!("; **{image} %{of_tiles} asked for**, which {:.1} times as many restarts would reach", over * over)
     }
 
     /// Whether the outcome is what is known; nothing if the test cannot tell.
@@ -135,10 +136,11 @@ pub(super) fn findings(rows: &[Row], all: bool) -> Vec<String> {
         .collect()
 }
 
-/// A committed report in which rows are replaced by those that were made anew; the words above its table are the new ones.
+/// A committed report in which rows are replaced by those that were made anew; the words above its table are the new ones. Rows of a scene that
+/// the report has not come last, as a scene does that is added.
 ///
 /// # Errors
-/// [`Error::Failed`] for a row that the report does not have.
+/// [`Error::Failed`] for a row of another scene that the report does not have.
 pub(super) fn replaced(committed: &str, made: &str) -> Result<String, Error> {
     let row = |line: &str| line.starts_with("| ").then(|| line.split(" | ").take(2).collect::<Vec<_>>().join(" | "));
     let table = |text: &str| text.find(HEAD).map(|at| at + HEAD.len());
@@ -146,7 +148,14 @@ pub(super) fn replaced(committed: &str, made: &str) -> Result<String, Error> {
     let (old, new) = (table(committed).ok_or_else(|| problem("table"))?, table(made).ok_or_else(|| problem("table"))?);
     let mut lines: Vec<&str> = committed[old..].lines().collect();
     let mut free: Vec<bool> = vec![true; lines.len()];
+    let scene = |line: &str| line.split(" | ").next().map(str::to_owned);
+    let scenes: BTreeSet<_> = lines.iter().map(|line| scene(line)).collect();
     for line in made[new..].lines() {
+        if !scenes.contains(&scene(line)) {
+            lines.push(line);
+            free.push(false);
+            continue;
+        }
         let at = (0..lines.len()).find(|&at| free[at] && row(lines[at]) == row(line));
         let at = at.ok_or_else(|| problem(line))?;
         (lines[at], free[at]) = (line, false);
@@ -170,7 +179,9 @@ pub(super) fn report(trials: &Trials, rows: &[Row], most: u32) -> String {
     let beside = if beside.is_empty() { "none".to_owned() } else { beside.join("; ") };
     let goals: Vec<String> =
         matrix.scenes.iter().map(|(scene, _)| format!("{} % in {scene}", matrix.goal(scene))).collect();
-    let goals = goals.join(", ");
+    let of_tiles = Some(matrix.tile_goal).filter(|goal| goal.is_finite());
+    let of_tiles = of_tiles.map_or(String::new(), |goal| format!(", and {goal} % in half of the tiles,"));
+    let goals = goals.join(", ") + &of_tiles;
     let most = if most == MOST_RESTARTS { String::new() } else { format!(" --most-restarts {most}") };
     let mut text = format!(
         "# Bias of `{name}`\n\nEach row compares {picture}, over independent restarts, with path tracing of the same light, \
@@ -217,7 +228,9 @@ mod tests {
             &["| a | x | none | 1 |", "| a |  | none | 7 |", "| a |  | x 1.01 | 6 |", "| b | x | none | 4 |"],
         );
         assert_eq!(replaced(&old, &twice).unwrap(), right);
-        let unknown = report("new", &["| c | x | none | 7 |"]);
-        assert!(replaced(&old, &unknown).unwrap_err().to_string().contains("| c | x |"));
+        let unknown = report("new", &["| b | y | none | 7 |"]);
+        assert!(replaced(&old, &unknown).unwrap_err().to_string().contains("| b | y |"));
+        let added = replaced(&old, &report("new", &["| c | x | none | 7 |", "| c | y | none | 6 |"])).unwrap();
+        assert!(added.ends_with("| b | x | none | 4 |\n| c | x | none | 7 |\n| c | y | none | 6 |\n"), "{added}");
     }
 }

@@ -17,7 +17,7 @@ use restir_tests::technique::configure_by;
 use super::oracle::Independent;
 use super::report::Row;
 use super::side::{Picture, Side};
-use super::{Cell, Expected, GRID, Options, SIZE, WRONG_RADIANCE};
+use super::{Cell, Expected, GRID, Goal, Options, SIZE, WRONG_RADIANCE};
 use crate::Error;
 
 /// Frames of a restart: enough for a history that has a history.
@@ -56,8 +56,8 @@ impl<'a> Stage<'a> {
         Ok(Self { options, scene, buffers, last, references: BTreeMap::new() })
     }
 
-    /// Runs a cell and its reference, and compares them, until a bias of `goal` percent of the image would be noticed.
-    pub(super) fn row(&mut self, cell: Cell, goal: Option<f64>, family_rate: f64) -> Result<Row, Error> {
+    /// Runs a cell and its reference, and compares them, until the biases of the goal would be noticed.
+    pub(super) fn row(&mut self, cell: Cell, goal: Option<Goal>, family_rate: f64) -> Result<Row, Error> {
         self.check(&cell)?;
         let mut samples = self.options.reference_samples;
         let mut restarts = self.options.restarts.unwrap_or(match cell.technique.about().repeats {

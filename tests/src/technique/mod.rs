@@ -47,6 +47,8 @@ pub struct Matrix {
     pub scenes: &'static [(&'static str, &'static str)],
     /// The bias of the image that is to be noticed, in percent, in scenes where it is not 1.
     pub goals: &'static [(&'static str, f64)],
+    /// The bias of a tile's channel that is to be noticed in half of them, in percent; infinite if any will do.
+    pub tile_goal: f64,
     /// Scenes that the path tracer in `f64` does not know, with settings of path tracing that find light in another way: path tracing
     /// itself is compared with that there.
     pub beyond: &'static [(&'static str, &'static str)],
@@ -105,6 +107,7 @@ const NOTHING: Known = Known {
     matrix: Matrix {
         scenes: &[("cornell", ""), ("many-lights", "")],
         goals: &[("many-lights", 2.0)],
+        tile_goal: f64::INFINITY,
         beyond: &[],
         common: "",
         cells: Vec::new,

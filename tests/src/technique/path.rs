@@ -48,6 +48,7 @@ pub(super) const KNOWN: Known = Known {
     matrix: Matrix {
         scenes: &[("cornell", ""), ("furnace", ""), ("slab", ""), ("candles", "")],
         goals: &[("candles", 4.0)],
+        tile_goal: f64::INFINITY,
         beyond: &[("candles", "lights_inside=off")],
         common: "max_depth=6,jitter=on",
         cells: || ["roulette=off", "roulette=on", "lights_inside=off"].map(str::to_owned).to_vec(),

@@ -41,6 +41,7 @@ pub(super) const KNOWN: Known = Known {
         ],
         // in statue-by-night light is rare in some tiles: few restarts of them are far from a normal distribution
         goals: &[("many-lights", 2.0), ("statue-by-night", 0.3)],
+        tile_goal: f64::INFINITY,
         beyond: &[],
         common: "neighbours=3,radius=8,confidence_cap=3,still=off,shaded=0",
         cells,

@@ -35,6 +35,7 @@ pub(super) const KNOWN: Known = Known {
         scenes: &[("cornell", ""), ("tower", ""), ("glass", ""), ("glossy", ""), ("ajar", ""), ("moving", "jitter=on")],
         // in glossy and ajar for a bias of 5 % of a tile to be detectable; in moving for what the mean of the image hides
         goals: &[("cornell", 0.2), ("glossy", 0.45), ("ajar", 0.74), ("moving", 0.25)],
+        tile_goal: f64::INFINITY,
         beyond: &[],
         common: "tile=8,max_depth=6",
         cells: || CELLS.map(str::to_owned).to_vec(),

@@ -41,8 +41,11 @@ pub(super) const KNOWN: Known = Known {
             ("turning-statue", ""),
             ("touching", ""),
             ("moving-media", ""),
+            ("marble-hall", ""),
+            ("passing-statue", ""),
         ],
         goals: &[("candles", 4.0)],
+        tile_goal: 5.0,
         common: "",
         cells: || CELLS.map(str::to_owned).to_vec(),
         ..NOTHING.matrix

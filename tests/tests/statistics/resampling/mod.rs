@@ -8,6 +8,7 @@ mod costs;
 mod golden;
 mod partition;
 mod range;
+mod replay;
 mod rows;
 mod shift;
 mod stream;
@@ -41,5 +42,6 @@ restir_tests::suite! {
         a_normaliser_alone_is_biased_by_one_over_n
     }
     later chains { a_million_merges_do_not_drift chains_integrate_any_function }
+    first replay { numbers_are_kept_between_weight_and_replay }
     later shift { shifts_are_unbiased shifts_need_their_jacobian weights_of_a_shifted_sample_sum_to_one }
 }
