@@ -3,22 +3,28 @@
 use restir_host::aov::{Aov, Shot};
 use restir_host::buffers::SceneBuffers;
 use restir_host::image::Image;
+use restir_host::scene::Camera;
 use restir_host::technique::{Technique, path::PathSettings};
 use restir_shared::denoise::{Means, Reflectance};
 use restir_shared::glam::Vec3;
+use restir_shared::num;
 
 /// Standard deviations that are tried, in pixels.
 pub(super) const WIDTHS: [f32; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
-/// What the surface of each pixel gives back, at its centre.
-pub(super) fn reflectances(scene: &SceneBuffers, size: [u32; 2]) -> Vec<Vec3> {
+/// What the surface of each pixel gives back, at its centre, seen by the scene's camera if no other is given.
+pub(super) fn reflectances(
+    scene: &SceneBuffers,
+    camera: Option<&Camera>,
+    size: [u32; 2],
+) -> Result<Vec<Vec3>, restir_host::Error> {
     let integral = PathSettings { jitter: false, ..PathSettings::default() }.integral();
-    let shot = Shot { scene, frame: 0.0, camera: &|_| scene.camera, size, seed: 0, integral, samples: 1 };
-    let channels = shot.channels(&[Aov::Albedo, Aov::Scattering]).expect("an image of this size fits");
+    let camera = camera.copied().unwrap_or(scene.camera);
+    let shot = Shot { scene, frame: 0.0, camera: &|_| camera, size, seed: 0, integral, samples: 1 };
+    let channels = shot.channels(&[Aov::Albedo, Aov::Scattering])?;
     let at = |first: usize, i: usize| Vec3::from_array([0, 1, 2].map(|c| channels[first + c].values[i]));
-    let pixels = (size[0] * size[1]) as usize;
     let means = |i| Means { albedo: at(0, i), normal: Vec3::ZERO, scattering: at(3, i) };
-    (0..pixels).map(|i| Reflectance::new(&means(i)).channels()).collect()
+    Ok((0..(size[0] * size[1]) as usize).map(|i| Reflectance::new(&means(i)).channels()).collect())
 }
 
 /// The image, over the reflectances, blurred, and multiplied by them again.
@@ -32,7 +38,8 @@ pub(super) fn blurred(image: &Image, reflectances: &[Vec3], sigma: f32) -> Image
             for step in -reach..=reach {
                 let (x, y) = (x + dx * step, y + dy * step);
                 if (0..width).contains(&x) && (0..height).contains(&y) {
-                    let weight = (-0.5 * (step as f32 / sigma).powi(2)).exp();
+                    let away = step as f32 / sigma;
+                    let weight = num::exp(-0.5 * away * away);
                     sum += from[(y * width + x) as usize] * weight;
                     weights += weight;
                 }

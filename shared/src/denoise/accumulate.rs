@@ -1,10 +1,11 @@
 //! Means over frames.
 
+use super::estimate::brightness;
 use super::guide::{Guide, Track};
 use super::params::DenoiseParams;
 use crate::layout::FilmPixel;
 use crate::num;
-use crate::vec::luminance;
+use crate::vec::flush;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
@@ -55,13 +56,13 @@ pub fn accumulate(
     if params.frames > 1.0 || last.frames == 0.0 {
         return alone(color, params.frames);
     }
-    let bright = luminance(color);
+    let bright = brightness(color.to_array());
     let observed = num::min(last.observed, params.history - 1.0) + 1.0;
     let (share, seen) = (num::recip(frames), num::recip(observed));
     History {
         color: mix(Vec3::from_array(last.color), color, share).to_array(),
         frames,
-        first: last.first + (bright - last.first) * seen,
+        first: num::flush(last.first + (bright - last.first) * seen),
         second: num::flush(last.second + (bright * bright - last.second) * seen),
         observed,
         reserved: 0.0,
@@ -71,10 +72,10 @@ pub fn accumulate(
 /// What begins anew, from a picture of so many frames.
 #[inline(always)]
 fn alone(color: Vec3, frames: f32) -> History {
-    let bright = luminance(color);
+    let bright = brightness(color.to_array());
     let single = frames == 1.0;
     let observed = if single { 1.0 } else { 0.0 };
-    let (first, second) = if single { (bright, num::flush(bright * bright)) } else { (0.0, 0.0) };
+    let (first, second) = if single { (bright, bright * bright) } else { (0.0, 0.0) };
     History { color: color.to_array(), frames, first, second, observed, reserved: 0.0 }
 }
 
@@ -110,7 +111,7 @@ fn remembered(
         let (index, inside) = params.neighbour([0, 0], x, y);
         let (seen, known) = (other_guides[index], other[index]);
         let offset = within - Vec2::new(dx as f32, dy as f32);
-        let same = (seen.key() == guide.key()) & (seen.from_plane(track.inverse_depth, offset, params.spread) < SAME);
+        let same = (seen.key() == guide.key()) & (seen.off_plane(track.inverse_depth, offset, params.spread) < SAME);
         let weight = (1.0 - num::abs(offset.x)) * (1.0 - num::abs(offset.y));
         if inside & same & (known.frames > 0.0) {
             weights += weight;
@@ -121,7 +122,7 @@ fn remembered(
     if weights > LEAST { sum.scaled(num::recip(weights)) } else { History::default() }
 }
 
-/// How far from the plane of the last frame's pixel a point may lie, as of [`Guide::from_plane`].
+/// How far from the plane of the last frame's pixel a point may lie, as of [`Guide::off_plane`].
 const SAME: f32 = 2.0;
 /// The weight that the pixels of the last frame have at least in common.
 const LEAST: f32 = 0.05;
@@ -130,10 +131,10 @@ impl History {
     #[inline(always)]
     fn plus(self, other: &Self, weight: f32) -> Self {
         Self {
-            color: (Vec3::from_array(self.color) + Vec3::from_array(other.color) * weight).to_array(),
+            color: (Vec3::from_array(self.color) + flush(Vec3::from_array(other.color) * weight)).to_array(),
             frames: self.frames + other.frames * weight,
-            first: self.first + other.first * weight,
-            second: self.second + other.second * weight,
+            first: self.first + num::flush(other.first * weight),
+            second: self.second + num::flush(other.second * weight),
             observed: self.observed + other.observed * weight,
             reserved: 0.0,
         }
@@ -142,7 +143,7 @@ impl History {
     #[inline(always)]
     fn scaled(self, by: f32) -> Self {
         Self {
-            color: (Vec3::from_array(self.color) * by).to_array(),
+            color: flush(Vec3::from_array(self.color) * by).to_array(),
             frames: self.frames * by,
             first: self.first * by,
             second: self.second * by,

@@ -31,6 +31,26 @@ impl Estimate {
     }
 }
 
+/// The luminance of light; what is too dark for its square to be a number of its own is black, on every device.
+#[inline(always)]
+pub(super) fn brightness(color: [f32; 3]) -> f32 {
+    let bright = luminance(Vec3::from_array(color));
+    if bright < DARK { 0.0 } else { bright }
+}
+
+/// A variance, or a part of one, that is not too small to be told from none on every device.
+#[inline(always)]
+pub(super) fn told(variance: f32) -> f32 {
+    if variance < DARK * DARK { 0.0 } else { variance }
+}
+
+/// See [`brightness`].
+const DARK: f32 = 1.0e-15;
+/// Surfaces that differ by less are one, as of [`Guide::difference`].
+const ALIKE: f32 = 3.0;
+/// Neighbours that count less do not count.
+pub(super) const LEAST: f32 = 1.0e-6;
+
 /// From so many frames on the variance is that of a pixel's own frames.
 const ENOUGH: f32 = 4.0;
 /// A pixel that is brighter than its neighbours' mean by so many of their standard deviations is an error of its own.
@@ -53,14 +73,14 @@ pub fn estimate(params: &DenoiseParams, guides: &[Guide], means: &[History], at:
     let young = own.observed < ENOUGH;
     let radius = if young { RADIUS } else { 1 };
     let around = Around::of(params, &guide, guides, means, at, radius);
-    let bright = luminance(Vec3::from_array(own.color));
+    let bright = brightness(own.color);
     let among = around.spatial();
-    let variance = if young { along(params, guide.key(), guides, means, at) } else { around.temporal(&own) };
+    let variance = if young { along(params, &guide, guides, means, at) } else { around.temporal(&own) };
     let deviation = num::sqrt(among.variance);
     // where neighbours are as noisy as bright, it is a sample as theirs are
     let alone =
         young & (among.weight > OTHERS) & (deviation < among.mean) & (bright > among.mean + OUTLIER * deviation);
-    Estimate { color: own.color, variance: if alone { Estimate::KEPT } else { num::flush(variance) } }
+    Estimate { color: own.color, variance: if alone { Estimate::KEPT } else { told(variance) } }
 }
 
 /// Mean and variance of a pixel's neighbours.
@@ -73,7 +93,7 @@ struct Neighbours {
 /// Half the mean square of differences between pixels that are next to each other, in that of four directions in which it is least. Noise
 /// is the same in all of them; light that has an edge has none along it.
 #[inline(always)]
-fn along(params: &DenoiseParams, key: u32, guides: &[Guide], means: &[History], at: [u32; 2]) -> f32 {
+fn along(params: &DenoiseParams, guide: &Guide, guides: &[Guide], means: &[History], at: [u32; 2]) -> f32 {
     let mut least = f32::MAX;
     let mut direction = 0;
     while direction < 4 {
@@ -87,11 +107,14 @@ fn along(params: &DenoiseParams, key: u32, guides: &[Guide], means: &[History], 
             let (index, inside) = params.neighbour(at, dx, dy);
             let (next, also) = params.neighbour(at, dx + across, dy + down);
             let (mean, other) = (means[index], means[next]);
-            let same = (guides[index].key() == key) & (guides[next].key() == key);
+            let offset = Vec2::new(dx as f32, dy as f32);
+            let beyond = Vec2::new((dx + across) as f32, (dy + down) as f32);
+            let same = (guide.difference(&guides[index], offset, params.spread) < ALIKE)
+                & (guide.difference(&guides[next], beyond, params.spread) < ALIKE);
             if inside & also & same & (mean.frames > 0.0) & (other.frames > 0.0) {
-                let off = luminance(Vec3::from_array(mean.color)) - luminance(Vec3::from_array(other.color));
+                let off = brightness(mean.color) - brightness(other.color);
                 pairs += 1.0;
-                squares += off * off;
+                squares += told(off * off);
             }
             tap += 1;
         }
@@ -128,8 +151,9 @@ impl Around {
             if inside & (tap * 2 + 1 != side * side) & (means[index].frames > 0.0) {
                 let (other, mean) = (guides[index], means[index]);
                 let offset = Vec2::new(dx as f32, dy as f32);
-                let weight = num::exp(-guide.difference(&other, offset, params.spread));
-                let bright = luminance(Vec3::from_array(mean.color));
+                let alike = num::exp(-guide.difference(&other, offset, params.spread));
+                let weight = if alike < LEAST { 0.0 } else { alike };
+                let bright = brightness(mean.color);
                 sum.weight += weight;
                 sum.first += weight * bright;
                 sum.second += weight * (bright * bright);
@@ -145,7 +169,7 @@ impl Around {
     fn spatial(&self) -> Neighbours {
         let scale = if self.weight > 0.0 { num::recip(self.weight) } else { 0.0 };
         let mean = self.first * scale;
-        Neighbours { weight: self.weight, mean, variance: num::max(self.second * scale - mean * mean, 0.0) }
+        Neighbours { weight: self.weight, mean, variance: told(self.second * scale - mean * mean) }
     }
 
     /// Of a pixel's frames, and its neighbours': the mean of the variances of all.
@@ -159,7 +183,7 @@ impl History {
     /// The variance of the mean by that of its frames; 0 of a single one.
     #[inline(always)]
     fn noise(&self) -> f32 {
-        let spread = num::max(self.second - self.first * self.first, 0.0);
+        let spread = told(self.second - self.first * self.first);
         let others = num::max(self.observed - 1.0, 1.0);
         num::div(spread * self.observed, others * self.frames)
     }

@@ -1,11 +1,11 @@
 //! The edge-avoiding à-trous filter.
 
-use super::estimate::Estimate;
+use super::estimate::{Estimate, LEAST, brightness, told};
 use super::guide::{Guide, Track};
 use super::params::DenoiseParams;
 use crate::layout::FilmPixel;
 use crate::num;
-use crate::vec::{flush, luminance};
+use crate::vec::flush;
 use glam::{Vec2, Vec3};
 
 /// The cubic B-spline at whole numbers: 3/8, 1/4, 1/16.
@@ -33,7 +33,7 @@ pub fn share(params: &DenoiseParams, guides: &[Guide], at: [u32; 2]) -> f32 {
 }
 
 /// One round: the mean of a pixel and its neighbours, [`DenoiseParams::step`] apart, and the variance that is left. `shares` are those of
-/// [`share`].
+/// [`share()`].
 ///
 /// The usual form divides by the sum of all weights, and loses light: a bright pixel takes part in its own mean alone, and in those of none of its
 /// neighbours. Here two pixels give each other the same, and what is left of the weights goes to the pixel itself.
@@ -44,8 +44,8 @@ pub fn filter(params: &DenoiseParams, guides: &[Guide], light: &[Estimate], shar
     if !own.is_filtered() {
         return own;
     }
-    let bright = luminance(Vec3::from_array(own.color));
-    let mut rest = 1.0;
+    let bright = brightness(own.color);
+    let mut rest = 1.0_f32;
     let mut color = Vec3::ZERO;
     let mut variance = 0.0;
     let mut tap = 0;
@@ -54,19 +54,20 @@ pub fn filter(params: &DenoiseParams, guides: &[Guide], light: &[Estimate], shar
         let other = light[index];
         if (weight > 0.0) & other.is_filtered() {
             let noise = params.deviations * num::sqrt(own.variance + other.variance) + TINY;
-            let off = num::div(num::abs(bright - luminance(Vec3::from_array(other.color))), noise);
+            let off = num::div(num::abs(bright - brightness(other.color)), noise);
             let surface = guide.difference(&guides[index], offset, params.spread);
             let both = weight * num::rsqrt(own_share * shares[index]);
-            let weight = num::min(both * num::exp(-(surface + off)), rest);
+            let alike = both * num::exp(-(surface + off));
+            let weight = num::min(if alike < LEAST { 0.0 } else { alike }, rest);
             rest -= weight;
-            color += Vec3::from_array(other.color) * weight;
-            variance += other.variance * (weight * weight);
+            color += flush(Vec3::from_array(other.color) * weight);
+            variance += told(other.variance * (weight * weight));
         }
         tap += 1;
     }
-    color += Vec3::from_array(own.color) * rest;
-    variance += own.variance * (rest * rest);
-    Estimate { color: color.to_array(), variance: num::flush(variance) }
+    color += flush(Vec3::from_array(own.color) * rest);
+    variance += told(own.variance * (rest * rest));
+    Estimate { color: color.to_array(), variance }
 }
 
 /// A neighbour of a round: its index, how far away it is, and its weight in the kernel, which is 0 beyond the image and of the pixel itself.

@@ -60,14 +60,14 @@ impl Guide {
     pub(super) fn difference(&self, other: &Self, offset: Vec2, spread: f32) -> f32 {
         let turned = 1.0 - dot(decode_unit_vector(self.normal), decode_unit_vector(other.normal));
         // as seen from both sides, so that what one pixel gives the other takes
-        let there = self.from_plane(other.inverse_depth, offset, spread);
-        let from_plane = num::max(there, other.from_plane(self.inverse_depth, -offset, spread));
-        if self.key == other.key { num::max(turned, 0.0) * Self::SHARPNESS + from_plane } else { Self::ANOTHER }
+        let there = self.off_plane(other.inverse_depth, offset, spread);
+        let off_plane = num::max(there, other.off_plane(self.inverse_depth, -offset, spread));
+        if self.key == other.key { num::max(turned, 0.0) * Self::SHARPNESS + off_plane } else { Self::ANOTHER }
     }
 
     /// How far a point that is seen `offset` pixels away lies from the plane, where 1 is a slope of 45 degrees.
     #[inline(always)]
-    pub(super) fn from_plane(&self, inverse_depth: f32, offset: Vec2, spread: f32) -> f32 {
+    pub(super) fn off_plane(&self, inverse_depth: f32, offset: Vec2, spread: f32) -> f32 {
         let (across, down) = f32_from_half2(self.slopes);
         let change = across * offset.x + down * offset.y;
         let off = num::abs(inverse_depth - self.inverse_depth * (1.0 + change));

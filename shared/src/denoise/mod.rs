@@ -5,11 +5,11 @@
 //!
 //! | function | makes of it |
 //! |---|---|
-//! | [`guide`] | what the pixel sees: depth, normal, object, reflectance, and where the last frame saw the same point |
-//! | [`accumulate`] | light over reflectance, averaged with the last frame's ([`History`]), and moments of its luminance |
-//! | [`estimate`] | the variance of that mean: over frames, or over neighbours where there are too few |
-//! | [`share`] and [`filter`] | one round of an edge-avoiding à-trous filter (Dammertz et al. 2010), of 5 x 5 pixels that are 1, 2, 4, ... apart |
-//! | [`modulate`] | light, of the filtered one and the reflectance |
+//! | [`guide()`] | what the pixel sees: depth, normal, object, reflectance, and where the last frame saw the same point |
+//! | [`accumulate()`] | light over reflectance, averaged with the last frame's ([`History`]), and moments of its luminance |
+//! | [`estimate()`] | the variance of that mean: over frames, or over neighbours where there are too few |
+//! | [`share()`] and [`filter()`] | one round of an edge-avoiding à-trous filter (Dammertz et al. 2010), of 5 x 5 pixels that are 1, 2, 4, ... apart |
+//! | [`modulate()`] | light, of the filtered one and the reflectance |
 //!
 //! Each pixel of the result is light of its neighbourhood: a weighted mean over pixels that see the same object. A pixel that
 //! is far brighter than its neighbours, which agree, stays as it is, and nobody takes from it.

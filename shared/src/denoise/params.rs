@@ -4,7 +4,7 @@ use crate::layout::{CameraParams, Extent, SceneHeader};
 use crate::resample::reproject::Grid;
 use bytemuck::{Pod, Zeroable};
 
-/// Parameters of [`super::guide`].
+/// Parameters of [`super::guide()`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GuideParams {
@@ -48,7 +48,7 @@ impl Extent for GuideParams {
     }
 }
 
-/// Parameters of the functions after [`super::guide`].
+/// Parameters of the functions after [`super::guide()`].
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct DenoiseParams {
@@ -56,7 +56,7 @@ pub struct DenoiseParams {
     pub width: u32,
     /// Image height in pixels.
     pub height: u32,
-    /// How far apart the pixels of [`super::share`] and [`super::filter`] are.
+    /// How far apart the pixels of [`super::share()`] and [`super::filter()`] are.
     pub step: u32,
     /// Most frames that a history is worth; 0 where there is no last frame.
     pub history: f32,

@@ -28,12 +28,13 @@ const CRATES: [(&str, &str); 6] = [
 
 /// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, the reports and figures
 /// of papers, and what tells which bits of a plane's words are a number.
-const MAY_NAME: [&str; 14] = [
+const MAY_NAME: [&str; 15] = [
     "shared/src/technique",
     "host/src/technique",
     "tests/src/technique",
     "tests/src/visibility",
     "tests/src/words",
+    "lab/src/denoised/subjects",
     "lab/src/device/subjects",
     "lab/src/figure",
     "lab/src/gains",
