@@ -28,7 +28,7 @@ pub struct Options {
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     images: u32,
     /// Width of an image; the height is three quarters of it.
-    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(16..=4096))]
     width: u32,
     /// Scenes whose name contains this.
     #[arg(long, default_value = "", conflicts_with = "write")]
