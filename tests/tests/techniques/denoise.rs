@@ -20,7 +20,7 @@ use restir_tests::suite::{Trial, ensure};
 
 const SIZE: [u32; 2] = [48, 36];
 const PIXELS: u32 = SIZE[0] * SIZE[1];
-/// Beyond what a pixel is compared with its neighbours for, the settings of a render.
+/// Rounds of the filter, as a render has them.
 const ROUNDS: u32 = 5;
 
 pub(crate) fn trials() -> Vec<Trial> {
