@@ -31,7 +31,7 @@ use crate::{Error, choices, memory};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use restir_shared::bsdf::Material;
-use restir_shared::camera::{about_pixel, has_lens, primary_ray};
+use restir_shared::camera::{central_ray, has_lens};
 use restir_shared::denoise::{Means, Samples, means};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{Vec2, Vec3};
@@ -232,11 +232,10 @@ impl Views<'_> {
 
     /// What the ray through the centre of the pixel and of the lens meets.
     fn central(&self, x: u32, y: u32) -> Option<(Ray, Hit, SurfacePoint<Material>)> {
-        let pinhole = CameraParams { lens_right: 0.0, lens_up: 0.0, ..self.cameras[0] };
         let words = self.rng(x, y, 0).draw(0);
         let centre = Vec2::new(x as f32, y as f32) + Vec2::splat(0.5);
         let key = Ray::random_key(self.this.features, words.z);
-        let ray = Ray { key, ..primary_ray(&pinhole, centre, Vec2::ZERO) };
+        let ray = Ray { key, ..central_ray(&self.cameras[0], centre) };
         let hit = self.this.closest(&ray);
         hit.is_hit().then(|| (ray, hit, self.this.surface(&ray, &hit)))
     }
@@ -247,12 +246,9 @@ impl Views<'_> {
         let camera = &self.cameras[0];
         let varies = jitter || has_lens(camera) || self.this.features & FEATURE_BLEND != 0;
         let count = if varies { self.samples } else { 1 };
-        let place = |u: Vec2| match filter {
-            PixelFilter::Box => u,
-            PixelFilter::BlackmanHarris => about_pixel(u),
-        };
-        let samples = Samples { camera, jitter, seed: self.seed, first: 0, count };
-        let Means { albedo, normal, scattering } = means(&self.this, &samples, place, [x, y]);
+        let wide = filter == PixelFilter::BlackmanHarris;
+        let samples = Samples { camera, jitter, wide, seed: self.seed, first: 0, count };
+        let Means { albedo, normal, scattering, .. } = means(&self.this, &samples, [x, y]);
         for (layer, mean) in [(Aov::Albedo, albedo), (Aov::Normal, normal), (Aov::Scattering, scattering)] {
             layer.put(values, &mean.to_array());
         }

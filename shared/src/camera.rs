@@ -52,8 +52,9 @@ pub fn primary_ray(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {
 pub fn central_ray(camera: &CameraParams, pixel: Vec2) -> Ray {
     let x = pixel.x * camera.inv_width * 2.0 - 1.0;
     let y = 1.0 - pixel.y * camera.inv_height * 2.0;
-    let across = Vec3::from_array(camera.right) * x + Vec3::from_array(camera.up) * y;
-    let direction = normalize(Vec3::from_array(camera.forward) + across);
+    // in the order of `ray_of_any_length`, so that it has the bits of a pinhole's ray
+    let across = Vec3::from_array(camera.forward) + Vec3::from_array(camera.right) * x;
+    let direction = normalize(across + Vec3::from_array(camera.up) * y);
     Ray { origin: Vec3::from_array(camera.position), direction, t_max: Ray::FAR, key: 0 }
 }
 

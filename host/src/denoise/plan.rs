@@ -7,10 +7,11 @@ use crate::sequence::pixel_filter::PixelFilter;
 use crate::sequence::technique::Integral;
 use crate::sequence::{Frame, Sequence, Stage, Work};
 use restir_kernels::denoise::{
-    denoise_accumulate, denoise_estimate, denoise_filter, denoise_guide, denoise_modulate, denoise_share,
+    denoise_accumulate, denoise_contrast, denoise_estimate, denoise_filter, denoise_guide, denoise_modulate,
+    denoise_share,
 };
 use restir_shared::camera::spread;
-use restir_shared::denoise::{DenoiseParams, Estimate, Guide, GuideParams, History, Track};
+use restir_shared::denoise::{DenoiseParams, Estimate, Guide, GuideParams, History, Share, Track};
 use restir_shared::layout::{CameraParams, FilmPixel};
 use std::collections::VecDeque;
 
@@ -19,7 +20,7 @@ const MOST_SAMPLES: u32 = 16;
 
 /// The first round takes so much larger differences for noise: one sample that has found a lamp differs from neighbours that have not by
 /// many deviations, and after that round it does no more.
-const FIRST: f32 = 4.0;
+const FIRST: f32 = 8.0;
 
 /// The frames of a technique, each of which is denoised where it is shown.
 pub(super) struct Denoised {
@@ -62,7 +63,7 @@ impl Planes {
             means: pair("means", size_of::<History>()),
             estimates: pair("estimates", size_of::<Estimate>()),
             tracks: add("tracks", size_of::<Track>()),
-            shares: add("shares", size_of::<f32>()),
+            shares: add("shares", size_of::<Share>()),
             denoised: add("denoised", size_of::<FilmPixel>()),
         }
     }
@@ -144,14 +145,18 @@ impl Denoised {
         let seen = [("picture", picture), ("guides", guides), ("tracks", tracks)];
         let history = [("other_guides", other_guides), ("other_means", other_means), ("means", means)];
         passes.push(Pass::new(&denoise_accumulate::DESC, &[], &params, &[seen, history].concat()));
-        let noise = [("guides", guides), ("means", means), ("estimates", estimates[0])];
+        // where the first round's output goes
+        let known = [("guides", guides), ("means", means), ("contrasts", estimates[1])];
+        passes.push(Pass::new(&denoise_contrast::DESC, &[], &params, &known));
+        let noise = [known.as_slice(), &[("estimates", estimates[0])]].concat();
         passes.push(Pass::new(&denoise_estimate::DESC, &[], &params, &noise));
         for round in 0..self.denoise.rounds {
             let (from, to) = (estimates[round as usize % 2], estimates[(round as usize + 1) % 2]);
             let deviations = params.deviations * if round == 0 { FIRST } else { 1.0 };
             let params = DenoiseParams { step: 1 << round, deviations, ..params };
-            let bound = [("guides", guides), ("estimates", from), ("shares", shares), ("filtered", to)];
-            passes.push(Pass::new(&denoise_share::DESC, &[], &params, &[bound[0], bound[2]]));
+            let [seen, worth] = [("guides", guides), ("shares", shares)];
+            passes.push(Pass::new(&denoise_share::DESC, &[], &params, &[seen, ("means", means), worth]));
+            let bound = [seen, worth, ("estimates", from), ("filtered", to)];
             passes.push(Pass::new(&denoise_filter::DESC, &[], &params, &bound));
         }
         let filtered = [("filtered", estimates[self.denoise.rounds as usize % 2]), ("denoised", denoised)];
@@ -184,7 +189,7 @@ impl Sequence for Denoised {
     fn begin(&mut self, frame: Frame) -> Work {
         let Work { passes, blocks } = self.picture.begin(frame.clone());
         self.hold(&frame);
-        let own = if frame.shows { 4 + 2 * u64::from(self.denoise.rounds) } else { 0 };
+        let own = if frame.shows { 5 + 2 * u64::from(self.denoise.rounds) } else { 0 };
         self.frame = Some(frame);
         self.passes = None;
         Work { passes: passes + own, blocks }

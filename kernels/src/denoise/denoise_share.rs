@@ -1,14 +1,14 @@
-//! How much of its surface a pixel has around it.
+//! What pixels are worth.
 
-use restir_shared::denoise::{self, DenoiseParams, Guide};
+use restir_shared::denoise::{self, DenoiseParams, Guide, History, Share};
 
 kernel! {
-    /// Which part of a round's kernel lies on the surface that the pixel sees.
+    /// What a pixel is worth in a round, by how much of its kernel lies on the surface that it sees.
     pub fn denoise_share(8, 8) {
         constants {}
         params 0: DenoiseParams,
-        read { 1: guides: Guide },
-        own { 2: shares: f32 },
+        read { 1: guides: Guide, 2: means: History },
+        own { 3: shares: Share },
     }
-    |x, y, at, p| shares[at] = denoise::share(&p, guides, [x, y])
+    |x, y, at, p| shares[at] = denoise::share(&p, guides, means, [x, y])
 }

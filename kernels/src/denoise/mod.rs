@@ -11,6 +11,7 @@
 
 kernels! {
     denoise_accumulate,
+    denoise_contrast,
     denoise_estimate,
     denoise_filter,
     denoise_guide,

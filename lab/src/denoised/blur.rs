@@ -5,12 +5,15 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::image::Image;
 use restir_host::scene::Camera;
 use restir_host::technique::{Technique, path::PathSettings};
-use restir_shared::denoise::{Means, Reflectance};
+use restir_shared::denoise::Reflectance;
 use restir_shared::glam::Vec3;
 use restir_shared::num;
 
 /// Standard deviations that are tried, in pixels.
 pub(super) const WIDTHS: [f32; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
+/// What a surface gives back if it is black.
+const POLISH: f32 = 0.04;
 
 /// What the surface of each pixel gives back, at its centre, seen by the scene's camera if no other is given.
 pub(super) fn reflectances(
@@ -23,8 +26,9 @@ pub(super) fn reflectances(
     let shot = Shot { scene, frame: 0.0, camera: &|_| camera, size, seed: 0, integral, samples: 1 };
     let channels = shot.channels(&[Aov::Albedo, Aov::Scattering])?;
     let at = |first: usize, i: usize| Vec3::from_array([0, 1, 2].map(|c| channels[first + c].values[i]));
-    let means = |i| Means { albedo: at(0, i), normal: Vec3::ZERO, scattering: at(3, i) };
-    Ok((0..(size[0] * size[1]) as usize).map(|i| Reflectance::new(&means(i)).channels()).collect())
+    let pixels = 0..(size[0] * size[1]) as usize;
+    let color = |i| if at(3, i) == Vec3::ZERO { at(0, i) } else { at(0, i) * at(3, i) };
+    Ok(pixels.map(|i| Reflectance::new(color(i) * (1.0 - POLISH) + Vec3::splat(POLISH)).channels()).collect())
 }
 
 /// The image, over the reflectances, blurred, and multiplied by them again.

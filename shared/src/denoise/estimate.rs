@@ -3,10 +3,11 @@
 use super::accumulate::History;
 use super::guide::Guide;
 use super::params::DenoiseParams;
+use super::reflectance::Reflectance;
 use crate::num;
 use crate::vec::luminance;
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 /// A pixel of light over reflectance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -48,6 +49,8 @@ pub(super) fn told(variance: f32) -> f32 {
 const DARK: f32 = 1.0e-15;
 /// Surfaces that differ by less are one, as of [`Guide::difference`].
 const ALIKE: f32 = 3.0;
+/// Surfaces that give back less tell nothing of the light.
+const BLACK: f32 = 1.0 / 128.0;
 /// Neighbours that count less do not count.
 pub(super) const LEAST: f32 = 1.0e-6;
 
@@ -57,30 +60,79 @@ const ENOUGH: f32 = 4.0;
 const OUTLIER: f32 = 32.0;
 /// With fewer neighbours nobody can tell.
 const OTHERS: f32 = 8.0;
+/// Fewer pairs in a direction may be copies of the same sample.
+const MANY: f32 = 12.0;
 /// Neighbours are looked at so far, where a pixel has too few frames; else next to it.
 const RADIUS: i32 = 3;
-/// Pixels in a row of these.
-const SIDE: i32 = 2 * RADIUS + 1;
 
-/// The mean of a pixel's frames and its variance: with few frames that of pixels around it.
+/// How a pixel differs from those next to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Contrast {
+    /// Squared differences of luminance from the next pixel to the right, below, and below to the right and to the left; [`Self::APART`] where
+    /// that sees another surface, or one of the two is black.
+    squares: [f32; 4],
+}
+
+const _: () = assert!(size_of::<Contrast>() == size_of::<Estimate>());
+
+impl Contrast {
+    /// See there.
+    const APART: f32 = -1.0;
+}
+
+/// How a pixel differs from the next ones in four directions.
 #[inline(always)]
-pub fn estimate(params: &DenoiseParams, guides: &[Guide], means: &[History], at: [u32; 2]) -> Estimate {
+pub fn contrast(params: &DenoiseParams, guides: &[Guide], means: &[History], at: [u32; 2]) -> Contrast {
     let (index, _) = params.neighbour(at, 0, 0);
     let (guide, own) = (guides[index], means[index]);
+    let square = |across: i32, down: i32| {
+        let (index, inside) = params.neighbour(at, across, down);
+        let other = means[index];
+        let offset = Vec2::new(across as f32, down as f32);
+        let same = guide.difference(&guides[index], offset, params.spread) < ALIKE;
+        let black = num::min(told_of(own.reflectance), told_of(other.reflectance)) < BLACK;
+        let off = brightness(own.color) - brightness(other.color);
+        if inside & same & !black & (own.frames > 0.0) & (other.frames > 0.0) {
+            told(off * off)
+        } else {
+            Contrast::APART
+        }
+    };
+    Contrast { squares: [square(1, 0), square(0, 1), square(1, 1), square(-1, 1)] }
+}
+
+/// The mean of a pixel's frames and its variance: with few frames that of pixels around it, whose contrasts are those of [`contrast()`].
+#[inline(always)]
+pub fn estimate(
+    params: &DenoiseParams,
+    guides: &[Guide],
+    means: &[History],
+    contrasts: &[Contrast],
+    at: [u32; 2],
+) -> Estimate {
+    let (index, _) = params.neighbour(at, 0, 0);
+    let own = means[index];
     if own.frames == 0.0 {
         return Estimate { color: own.color, variance: Estimate::KEPT };
     }
     let young = own.observed < ENOUGH;
-    let radius = if young { RADIUS } else { 1 };
-    let around = Around::of(params, &guide, guides, means, at, radius);
+    let around = Around::of(params, guides, means, contrasts, at, if young { RADIUS } else { 1 });
     let bright = brightness(own.color);
-    let among = around.spatial();
-    let variance = if young { along(params, &guide, guides, means, at) } else { around.temporal(&own) };
+    let among = around.spatial(told_of(own.reflectance));
+    let variance =
+        if young { around.along(own.observed > 0.0) } else { around.temporal(&own, told_of(own.reflectance)) };
     let deviation = num::sqrt(among.variance);
     // where neighbours are as noisy as bright, it is a sample as theirs are
     let alone =
         young & (among.weight > OTHERS) & (deviation < among.mean) & (bright > among.mean + OUTLIER * deviation);
     Estimate { color: own.color, variance: if alone { Estimate::KEPT } else { told(variance) } }
+}
+
+/// How much a surface tells of the light.
+#[inline(always)]
+fn told_of(reflectance: Reflectance) -> f32 {
+    luminance(reflectance.channels())
 }
 
 /// Mean and variance of a pixel's neighbours.
@@ -90,92 +142,101 @@ struct Neighbours {
     variance: f32,
 }
 
-/// Half the mean square of differences between pixels that are next to each other, in that of four directions in which it is least. Noise
-/// is the same in all of them; light that has an edge has none along it.
-#[inline(always)]
-fn along(params: &DenoiseParams, guide: &Guide, guides: &[Guide], means: &[History], at: [u32; 2]) -> f32 {
-    let mut least = f32::MAX;
-    let mut direction = 0;
-    while direction < 4 {
-        // to the right, down, and down to the right and to the left
-        let across = if direction == 3 { -1 } else { i32::from(direction != 1) };
-        let down = i32::from(direction != 0);
-        let (mut squares, mut pairs) = (0.0, 0.0);
-        let mut tap = 0;
-        while tap < SIDE * SIDE {
-            let (dx, dy) = (tap % SIDE - RADIUS, tap / SIDE - RADIUS);
-            let (index, inside) = params.neighbour(at, dx, dy);
-            let (next, also) = params.neighbour(at, dx + across, dy + down);
-            let (mean, other) = (means[index], means[next]);
-            let offset = Vec2::new(dx as f32, dy as f32);
-            let beyond = Vec2::new((dx + across) as f32, (dy + down) as f32);
-            let same = (guide.difference(&guides[index], offset, params.spread) < ALIKE)
-                & (guide.difference(&guides[next], beyond, params.spread) < ALIKE);
-            if inside & also & same & (mean.frames > 0.0) & (other.frames > 0.0) {
-                let off = brightness(mean.color) - brightness(other.color);
-                pairs += 1.0;
-                squares += told(off * off);
-            }
-            tap += 1;
-        }
-        least = if pairs > 0.0 { num::min(least, num::div(0.5 * squares, pairs)) } else { least };
-        direction += 1;
-    }
-    if least < f32::MAX { least } else { 0.0 }
-}
-
-/// Sums over the neighbours of a pixel, weighted by how alike they are.
+/// Sums over the neighbours of a pixel.
 struct Around {
+    /// How alike they are.
     weight: f32,
+    /// By that, of their luminance, its square, and the variance over frames.
     first: f32,
     second: f32,
     noise: f32,
+    /// Of those on the same surface, contrasts in four directions and their number.
+    squares: Vec4,
+    pairs: Vec4,
 }
 
 impl Around {
     #[inline(always)]
     fn of(
         params: &DenoiseParams,
-        guide: &Guide,
         guides: &[Guide],
         means: &[History],
+        contrasts: &[Contrast],
         at: [u32; 2],
         radius: i32,
     ) -> Self {
-        let mut sum = Self { weight: 0.0, first: 0.0, second: 0.0, noise: 0.0 };
+        let (middle, _) = params.neighbour(at, 0, 0);
+        let guide = guides[middle];
+        let mut sum = Self { weight: 0.0, first: 0.0, second: 0.0, noise: 0.0, squares: Vec4::ZERO, pairs: Vec4::ZERO };
         let side = 2 * radius + 1;
         let mut tap = 0;
         while tap < side * side {
             let (dx, dy) = (tap % side - radius, tap / side - radius);
             let (index, inside) = params.neighbour(at, dx, dy);
-            if inside & (tap * 2 + 1 != side * side) & (means[index].frames > 0.0) {
-                let (other, mean) = (guides[index], means[index]);
+            let mean = means[index];
+            if inside & (mean.frames > 0.0) {
                 let offset = Vec2::new(dx as f32, dy as f32);
-                let alike = num::exp(-guide.difference(&other, offset, params.spread));
-                let weight = if alike < LEAST { 0.0 } else { alike };
-                let bright = brightness(mean.color);
-                sum.weight += weight;
-                sum.first += weight * bright;
-                sum.second += weight * (bright * bright);
-                sum.noise += weight * mean.noise();
+                let difference = guide.difference(&guides[index], offset, params.spread);
+                if difference < ALIKE {
+                    sum.contrasts(&contrasts[index]);
+                }
+                if index != middle {
+                    sum.neighbour(&mean, num::exp(-difference));
+                }
             }
             tap += 1;
         }
         sum
     }
 
+    #[inline(always)]
+    fn neighbour(&mut self, mean: &History, alike: f32) {
+        let weight = if alike < LEAST { 0.0 } else { alike * told_of(mean.reflectance) };
+        let bright = brightness(mean.color);
+        self.weight += weight;
+        self.first += weight * bright;
+        self.second += weight * (bright * bright);
+        self.noise += weight * mean.noise();
+    }
+
+    #[inline(always)]
+    fn contrasts(&mut self, contrast: &Contrast) {
+        let [a, b, c, d] = contrast.squares;
+        let counts = |square: f32| if square < 0.0 { 0.0 } else { 1.0 };
+        self.squares += Vec4::new(num::max(a, 0.0), num::max(b, 0.0), num::max(c, 0.0), num::max(d, 0.0));
+        self.pairs += Vec4::new(counts(a), counts(b), counts(c), counts(d));
+    }
+
+    /// Half the mean square of differences between pixels that are next to each other, in that of four directions in which it is least. Noise
+    /// is the same in all of them; light that has an edge has none along it. Of few pairs in single frames it is the mean of all: two
+    /// pixels with copies of one sample have no difference, but in one direction only.
+    #[inline(always)]
+    fn along(&self, single: bool) -> f32 {
+        let Self { squares, pairs, .. } = *self;
+        let [of_all, count] = [squares, pairs].map(|of| of.x + of.y + (of.z + of.w));
+        let all = if count > 0.0 { num::div(of_all, count) } else { 0.0 };
+        let enough = if single { MANY } else { 1.0 };
+        let mean = |sum: f32, pairs: f32| if pairs < enough { all } else { num::div(sum, pairs) };
+        let straight = num::min(mean(squares.x, pairs.x), mean(squares.y, pairs.y));
+        0.5 * num::min(straight, num::min(mean(squares.z, pairs.z), mean(squares.w, pairs.w)))
+    }
+
     /// Of the neighbours' light.
     #[inline(always)]
-    fn spatial(&self) -> Neighbours {
+    fn spatial(&self, reflectance: f32) -> Neighbours {
         let scale = if self.weight > 0.0 { num::recip(self.weight) } else { 0.0 };
         let mean = self.first * scale;
-        Neighbours { weight: self.weight, mean, variance: told(self.second * scale - mean * mean) }
+        Neighbours {
+            weight: num::div(self.weight, reflectance),
+            mean,
+            variance: told(self.second * scale - mean * mean),
+        }
     }
 
     /// Of a pixel's frames, and its neighbours': the mean of the variances of all.
     #[inline(always)]
-    fn temporal(&self, own: &History) -> f32 {
-        num::div(self.noise + own.noise(), self.weight + 1.0)
+    fn temporal(&self, own: &History, reflectance: f32) -> f32 {
+        num::div(self.noise + own.noise() * reflectance, self.weight + reflectance)
     }
 }
 

@@ -1,9 +1,9 @@
 //! What pixels see, by which neighbours are told apart.
 
 use super::params::GuideParams;
-use super::reflectance::{Means, Reflectance, Samples, means};
+use super::reflectance::{Reflectance, Samples, means};
 use crate::bsdf::Material;
-use crate::camera::{about_pixel, central_ray};
+use crate::camera::central_ray;
 use crate::geometry::Ray;
 use crate::layout::CameraParams;
 use crate::num;
@@ -14,7 +14,7 @@ use crate::vec::dot;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
-/// The surface in the middle of a pixel. Inverse depths are linear in the image over a plane, so that a slope tells those of all pixels
+/// The plane that a pixel sees, at the pixel's centre. Inverse depths are linear in the image over a plane, so that a slope tells those of all pixels
 /// that see the same plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -58,28 +58,45 @@ impl Guide {
     /// beyond [`Self::ANOTHER`] on another object. `spread` is that of [`super::DenoiseParams`].
     #[inline(always)]
     pub(super) fn difference(&self, other: &Self, offset: Vec2, spread: f32) -> f32 {
+        if self.key != other.key {
+            return Self::ANOTHER;
+        }
         let turned = 1.0 - dot(decode_unit_vector(self.normal), decode_unit_vector(other.normal));
-        // as seen from both sides, so that what one pixel gives the other takes
-        let there = self.off_plane(other.inverse_depth, offset, spread);
-        let off_plane = num::max(there, other.off_plane(self.inverse_depth, -offset, spread));
-        if self.key == other.key { num::max(turned, 0.0) * Self::SHARPNESS + off_plane } else { Self::ANOTHER }
+        // between two points of a curved surface the slope is the mean of theirs
+        let (here, there) = (self.change(offset) * self.inverse_depth, other.change(offset) * other.inverse_depth);
+        let off = num::abs(other.inverse_depth - self.inverse_depth - 0.5 * (here + there));
+        let bent = 0.5 * Self::BENT * (num::abs(here) + num::abs(there));
+        let nearer = num::max(self.inverse_depth, other.inverse_depth);
+        let off_plane = num::div(off, nearer * Self::tolerance(offset, spread) + bent);
+        num::max(turned, 0.0) * Self::SHARPNESS + off_plane
+    }
+
+    /// By which part of itself the inverse depth grows over `offset`.
+    #[inline(always)]
+    fn change(&self, offset: Vec2) -> f32 {
+        let (across, down) = f32_from_half2(self.slopes);
+        across * offset.x + down * offset.y
+    }
+
+    /// By which part of itself an inverse depth may be off, `offset` pixels away on a plane that faces the camera.
+    #[inline(always)]
+    fn tolerance(offset: Vec2, spread: f32) -> f32 {
+        spread * num::sqrt(offset.x * offset.x + offset.y * offset.y) + Self::ROUNDING
     }
 
     /// How far a point that is seen `offset` pixels away lies from the plane, where 1 is a slope of 45 degrees.
     #[inline(always)]
     pub(super) fn off_plane(&self, inverse_depth: f32, offset: Vec2, spread: f32) -> f32 {
-        let (across, down) = f32_from_half2(self.slopes);
-        let change = across * offset.x + down * offset.y;
+        let change = self.change(offset);
         let off = num::abs(inverse_depth - self.inverse_depth * (1.0 + change));
-        let distance = num::sqrt(offset.x * offset.x + offset.y * offset.y);
-        let tolerance = spread * distance + Self::BENT * num::abs(change) + Self::ROUNDING;
+        let tolerance = Self::tolerance(offset, spread) + Self::BENT * num::abs(change);
         num::div(off, self.inverse_depth * tolerance)
     }
 
     /// A difference beyond which nothing is alike.
     pub(super) const ANOTHER: f32 = 1.0e4;
-    /// Normals that are 1/64 of a turn's cosine apart differ by 1.
-    const SHARPNESS: f32 = 64.0;
+    /// Normals differ by 1 where their cosine is 7/8.
+    const SHARPNESS: f32 = 8.0;
     /// The part by which the slope of a surface that is seen at a grazing angle may change.
     const BENT: f32 = 0.125;
     /// Of depths, some roundings.
@@ -100,7 +117,9 @@ pub struct Track {
 
 const _: () = assert!(size_of::<Guide>() == 16 && size_of::<Track>() == 16);
 
-/// What the pixel (x, y) sees: the surface at its centre, and means over its samples.
+/// What the pixel (x, y) sees: the surface that its first sample meets, as if all of the pixel saw it, and means over its samples.
+///
+/// A pixel of which some samples see a lamp or nothing, and others do not, has no guide: what it shows is neither's light.
 #[inline(always)]
 pub fn guide<F>(frames: &F, params: &GuideParams, at: [u32; 2]) -> (Guide, Track)
 where
@@ -108,22 +127,34 @@ where
     F::Scene: Probe + Surface<Material = Material>,
 {
     let scene = frames.scene(false);
-    let centre = Vec2::new(at[0] as f32, at[1] as f32) + Vec2::splat(0.5);
-    let ray = central_ray(&params.camera, centre);
+    let samples = params.camera_rays();
+    let ray = samples.ray(scene.features(), 0, at);
     let hit = scene.closest(&ray);
-    if !hit.is_hit() {
+    let means = means(&scene, &samples, at);
+    if !hit.is_hit() | ((means.lights > 0) & (means.lights < samples.count)) {
         return (Guide::NONE, Track::default());
     }
-    let point = scene.surface(&ray, &hit);
-    let Location { position, normal, .. } = scene.location(&hit);
-    let emits = u32::from(point.emission.x + point.emission.y + point.emission.z > 0.0);
     // an object's number may be any of 31 bits
-    let key = scene.object(&hit).wrapping_mul(2).wrapping_add(emits).wrapping_add(1);
+    let key = scene.object(&hit).wrapping_mul(2).wrapping_add(u32::from(means.lights > 0)).wrapping_add(1);
+    let Location { position, normal, .. } = scene.location(&hit);
+    let moved = frames.scene(true).location(&hit).position - position;
+    let centre = central_ray(&params.camera, Vec2::new(at[0] as f32 + 0.5, at[1] as f32 + 0.5));
+    let position = met(&centre, position, normal);
     let depth = params.grid().point(&params.camera, position).depth;
-    let slopes = slopes(&params.camera, &ray, normal);
-    let then = params.grid().point(&params.other_camera, frames.scene(true).location(&hit).position);
-    let track = Track { reflectance: Reflectance::new(&averaged(&scene, params, at)), ..Track::seen(&then) };
+    let slopes = slopes(&params.camera, &centre, normal);
+    let then = params.grid().point(&params.other_camera, position + moved);
+    let track = Track { reflectance: means.reflectance(), ..Track::seen(&then) };
     (Guide::new(num::recip(num::max(depth, MIN_DEPTH)), slopes, normal, key), track)
+}
+
+impl GuideParams {
+    /// The camera rays of the picture.
+    #[inline(always)]
+    fn camera_rays(&self) -> Samples<'_> {
+        let Self { seed, first_sample: first, samples: count, flags, .. } = *self;
+        let [jitter, wide] = [Self::JITTER, Self::BLACKMAN_HARRIS].map(|flag| flags & flag != 0);
+        Samples { camera: &self.camera, jitter, wide, seed, first, count }
+    }
 }
 
 impl Track {
@@ -136,12 +167,14 @@ impl Track {
     }
 }
 
+/// Where a ray meets the plane of a surface next to it; seen from the plane's edge, as far away as the surface.
 #[inline(always)]
-fn averaged<S: Trace + Surface<Material = Material>>(scene: &S, params: &GuideParams, at: [u32; 2]) -> Means {
-    let GuideParams { seed, first_sample: first, samples: count, flags, .. } = *params;
-    let wide = flags & GuideParams::BLACKMAN_HARRIS != 0;
-    let samples = Samples { camera: &params.camera, jitter: flags & GuideParams::JITTER != 0, seed, first, count };
-    means(scene, &samples, |u| if wide { about_pixel(u) } else { u }, at)
+fn met(ray: &Ray, position: Vec3, normal: Vec3) -> Vec3 {
+    let to = position - ray.origin;
+    let far = dot(to, ray.direction);
+    let distance = num::div(dot(to, normal), dot(ray.direction, normal));
+    let near = num::abs(distance - far) < far * 0.5;
+    ray.origin + ray.direction * if near { distance } else { far }
 }
 
 /// By which part of itself the inverse depth of a plane grows from pixel to pixel, at the point that a ray through the centre of a pixel

@@ -1,17 +1,18 @@
 //! The part of light that surfaces give back, which is known without noise.
 
 use crate::bsdf::Material;
-use crate::camera::camera_ray;
+use crate::camera::{about_pixel, camera_ray};
+use crate::geometry::Ray;
 use crate::layout::CameraParams;
 use crate::num;
 use crate::rng::{Rng, Sampler};
 use crate::scene::{Surface, Trace};
 use crate::transport::Vertex;
-use crate::vec;
+use crate::vec::{self, max_component};
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
-/// Means over the camera rays of a pixel; of those that meet nothing all is zero.
+/// Means over the camera rays of a pixel; of those that meet nothing all but the last is zero.
 #[derive(Clone, Copy, Debug)]
 pub struct Means {
     /// Colour of the surface in [0, 1], without light: of metal, of the diffuse part, and of what passes through it.
@@ -20,6 +21,10 @@ pub struct Means {
     pub normal: Vec3,
     /// The part of a collision behind the surface that is scattered.
     pub scattering: Vec3,
+    /// What polish gives back of light along the normal, of what is no metal, in [0, 1].
+    pub polish: f32,
+    /// How many of the rays meet a lamp or nothing.
+    pub lights: u32,
 }
 
 /// Which camera rays of a pixel are averaged over.
@@ -29,6 +34,8 @@ pub struct Samples<'a> {
     pub camera: &'a CameraParams,
     /// Rays are spread over the pixel.
     pub jitter: bool,
+    /// They are spread about it by the Blackman-Harris filter.
+    pub wide: bool,
     /// Seed of the picture.
     pub seed: u32,
     /// Index of the first sample.
@@ -37,31 +44,46 @@ pub struct Samples<'a> {
     pub count: u32,
 }
 
-/// The means over samples of the pixel (x, y), whose camera rays `place` spreads, and which are those of path tracing's defaults.
+impl Samples<'_> {
+    /// The ray of a sample of the pixel (x, y), counted from the first one: that of path tracing's defaults.
+    #[inline(always)]
+    pub(super) fn ray(&self, features: u32, sample: u32, [x, y]: [u32; 2]) -> Ray {
+        let rng = Rng::new(x, y, self.first.wrapping_add(sample), self.seed, Sampler::Sobol);
+        let place = |u| if self.wide { about_pixel(u) } else { u };
+        camera_ray(self.camera, self.jitter, place, features, &rng, x, y)
+    }
+}
+
+/// The means over samples of a pixel.
 #[inline(always)]
-pub fn means<S: Trace + Surface<Material = Material>>(
-    scene: &S,
-    samples: &Samples<'_>,
-    place: impl Fn(Vec2) -> Vec2,
-    [x, y]: [u32; 2],
-) -> Means {
+pub fn means<S: Trace + Surface<Material = Material>>(scene: &S, samples: &Samples<'_>, at: [u32; 2]) -> Means {
     let features = scene.features();
-    let mut sums = Means { albedo: Vec3::ZERO, normal: Vec3::ZERO, scattering: Vec3::ZERO };
+    let mut sums = Means { albedo: Vec3::ZERO, normal: Vec3::ZERO, scattering: Vec3::ZERO, polish: 0.0, lights: 0 };
     let mut sample = 0;
     while sample < samples.count {
-        let rng = Rng::new(x, y, samples.first.wrapping_add(sample), samples.seed, Sampler::Sobol);
-        let ray = camera_ray(samples.camera, samples.jitter, &place, features, &rng, x, y);
+        let ray = samples.ray(features, sample, at);
         let hit = scene.closest(&ray);
         if hit.is_hit() {
             let point = scene.surface(&ray, &hit);
             sums.albedo += albedo(&point.material);
+            sums.polish += polish(&point.material);
             sums.normal += Vertex::new(&point, &ray, features).frame.n;
             sums.scattering += scene.interior(&hit).albedo;
+            sums.lights += u32::from(max_component(point.emission) > 0.0);
+        } else {
+            sums.lights += 1;
         }
         sample += 1;
     }
+    let Means { albedo, normal, scattering, polish, lights } = sums;
     let scale = num::recip(samples.count as f32);
-    Means { albedo: sums.albedo * scale, normal: sums.normal * scale, scattering: sums.scattering * scale }
+    Means {
+        albedo: albedo * scale,
+        normal: normal * scale,
+        scattering: scattering * scale,
+        polish: polish * scale,
+        lights,
+    }
 }
 
 /// The colour that all parts of a material have, as far as it is one.
@@ -72,8 +94,25 @@ fn albedo(material: &Material) -> Vec3 {
     vec::min(vec::max(color, Vec3::ZERO), Vec3::ONE)
 }
 
-/// Surfaces give back at least this part, in the polish of a black one.
-const LEAST: f32 = 0.04;
+/// See [`Means::polish`].
+#[inline(always)]
+fn polish(material: &Material) -> f32 {
+    let root = num::div(material.ior - 1.0, material.ior + 1.0);
+    root * root * material.specular * (1.0 - material.metallic)
+}
+
+impl Means {
+    /// Under a surface light is given back by what scatters there, too.
+    #[inline(always)]
+    pub(super) fn reflectance(&self) -> Reflectance {
+        let scatters = max_component(self.scattering) > 0.0;
+        let color = if scatters { self.albedo * self.scattering } else { self.albedo };
+        Reflectance::new(color * (1.0 - self.polish) + Vec3::splat(self.polish))
+    }
+}
+
+/// No reflectance is less, so that light over it has a size.
+const LEAST: f32 = 1.0 / 512.0;
 /// Roots of reflectances are rounded to 11, 11 and 10 bits.
 const STEPS: [f32; 3] = [2047.0, 2047.0, 1023.0];
 
@@ -84,16 +123,11 @@ const STEPS: [f32; 3] = [2047.0, 2047.0, 1023.0];
 pub struct Reflectance(u32);
 
 impl Reflectance {
-    /// Of a pixel with these means; under a surface light is given back by what scatters there, too.
+    /// By channel, in [0, 1].
     #[inline(always)]
-    pub fn new(means: &Means) -> Self {
-        let scatters = vec::max_component(means.scattering) > 0.0;
-        let color = if scatters { means.albedo * means.scattering } else { means.albedo };
-        let part = |channel: f32, steps: f32| {
-            let root = num::sqrt(LEAST + (1.0 - LEAST) * num::clamp(channel, 0.0, 1.0));
-            num::nearest(root * steps) as u32
-        };
-        Self(part(color.x, STEPS[0]) | part(color.y, STEPS[1]) << 11 | part(color.z, STEPS[2]) << 22)
+    pub fn new(part: Vec3) -> Self {
+        let code = |part: f32, steps: f32| num::nearest(num::sqrt(num::clamp(part, LEAST, 1.0)) * steps) as u32;
+        Self(code(part.x, STEPS[0]) | code(part.y, STEPS[1]) << 11 | code(part.z, STEPS[2]) << 22)
     }
 
     /// By channel; not zero, unless it is the default, of a pixel that sees nothing.

@@ -10,7 +10,8 @@ use restir_host::render::Render;
 use restir_host::scene::{Camera, Scene};
 use restir_host::technique::path::PathSettings;
 use restir_shared::denoise::{
-    DenoiseParams, Estimate, Guide, History, Means, Reflectance, Track, accumulate, estimate, filter, modulate, share,
+    DenoiseParams, Estimate, Guide, History, Reflectance, Track, accumulate, contrast, estimate, filter, modulate,
+    share,
 };
 use restir_shared::glam::{DVec3, Vec3};
 use restir_shared::layout::FilmPixel;
@@ -20,6 +21,8 @@ use restir_tests::suite::{Trial, ensure};
 
 const SIZE: [u32; 2] = [48, 36];
 const PIXELS: u32 = SIZE[0] * SIZE[1];
+/// What a sum over the picture may be off after some rounds: 1e-6 was found.
+const ROUNDED: f64 = 1.0e-5;
 /// Rounds of the filter, as a render has them.
 const ROUNDS: u32 = 5;
 
@@ -28,6 +31,7 @@ pub(crate) fn trials() -> Vec<Trial> {
         Trial::test("noise on a wall goes, and light stays", a_wall_is_smooth),
         Trial::test("objects keep their light", objects_keep_their_light),
         Trial::test("textures stay", textures_stay),
+        Trial::test("black tiles tell nothing of the light", black_tiles_keep_the_light),
         Trial::test("shadows keep their edges", shadows_keep_their_edges),
         Trial::test("a pixel is of the light around it", pixels_are_of_their_neighbourhood),
         Trial::test("fireflies and what is no number stay where they are", fireflies_stay),
@@ -80,17 +84,19 @@ impl Picture {
         (0..PIXELS as usize).map(pixel).collect()
     }
 
-    fn estimated(&self) -> Vec<Estimate> {
-        let means = self.accumulated(&self.guides, &[], 0.0);
-        positions().map(|at| estimate(&params(1), &self.guides, &means, at)).collect()
-    }
-
     /// A single frame, denoised.
     fn denoised(&self) -> Vec<f32> {
-        let mut light = self.estimated();
+        self.filtered(&self.accumulated(&self.guides, &[], 0.0))
+    }
+
+    /// Means, denoised.
+    fn filtered(&self, means: &[History]) -> Vec<f32> {
+        let contrasts: Vec<_> = positions().map(|at| contrast(&params(1), &self.guides, means, at)).collect();
+        let estimated = |at| estimate(&params(1), &self.guides, means, &contrasts, at);
+        let mut light: Vec<Estimate> = positions().map(estimated).collect();
         for round in 0..ROUNDS {
             let params = params(1 << round);
-            let shares: Vec<f32> = positions().map(|at| share(&params, &self.guides, at)).collect();
+            let shares: Vec<_> = positions().map(|at| share(&params, &self.guides, means, at)).collect();
             light = positions().map(|at| filter(&params, &self.guides, &light, &shares, at)).collect();
         }
         let pixel = |i: usize| modulate(self.pixels[i], &self.guides[i], &self.tracks[i], &light[i]).sum[0];
@@ -108,8 +114,7 @@ fn params(step: u32) -> DenoiseParams {
 }
 
 fn reflectance(albedo: f32) -> Reflectance {
-    let [albedo, normal, scattering] = [Vec3::splat(albedo), Vec3::Z, Vec3::ZERO];
-    Reflectance::new(&Means { albedo, normal, scattering })
+    Reflectance::new(Vec3::splat(albedo))
 }
 
 fn mean(values: impl Iterator<Item = f32>) -> f64 {
@@ -129,7 +134,7 @@ fn a_wall_is_smooth() -> Result<(), Failed> {
         let picture = Picture::sampled(seed, |_| Seen { object: 1, albedo: 0.5, light: 1.0 });
         let denoised = picture.denoised();
         let before = mean(picture.pixels.iter().map(|pixel| pixel.sum[0]));
-        ensure_near("mean", [mean(denoised.iter().copied()), before], 1.0e-3)?;
+        ensure_near("mean", [mean(denoised.iter().copied()), before], ROUNDED)?;
         let off = |value: f32| (f64::from(value) / before - 1.0).powi(2);
         let variance = denoised.iter().map(|value| off(*value)).sum::<f64>() / f64::from(PIXELS);
         ensure(variance < 0.03, || format!("a variance of {variance} is left of 3"))?;
@@ -178,6 +183,23 @@ fn textures_stay() -> Result<(), Failed> {
     };
     let seen = contrast(&blind);
     ensure(seen < 0.5 * right, || format!("without colours the contrast is {seen} of {right}"))
+}
+
+/// A checkerboard of black and white tiles: all light stays on the white ones. Where black tiles count as much as white ones, which are lit as
+/// much, half of it goes; the test sees that.
+fn black_tiles_keep_the_light() -> Result<(), Failed> {
+    let albedo = |[x, y]: [u32; 2]| if (x / 3 + y / 3) % 2 == 0 { 0.0 } else { 0.8 };
+    let mut picture = Picture::sampled(13, |at| Seen { object: 1, albedo: albedo(at), light: 1.0 });
+    for (pixel, at) in picture.pixels.iter_mut().zip(positions()) {
+        pixel.sum = if albedo(at) > 0.0 { pixel.sum } else { [0.0; 3] };
+    }
+    let before = mean(picture.pixels.iter().map(|pixel| pixel.sum[0]));
+    let means = picture.accumulated(&picture.guides, &[], 0.0);
+    let after = |means: &[History]| mean(picture.filtered(means).into_iter());
+    ensure_near("light", [after(&means), before], ROUNDED)?;
+    let alike: Vec<_> = means.iter().map(|mean| History { reflectance: reflectance(0.5), ..*mean }).collect();
+    let lost = 1.0 - after(&alike) / before;
+    ensure(lost > 0.3, || format!("where black counts as much as white, only {lost} is lost"))
 }
 
 /// Light and shadow, with noise of 2 %: the border is as sharp as it was.
@@ -269,19 +291,20 @@ fn render(scene: &SceneBuffers, name: &str, count: u32, denoise: Option<Denoise>
     Ok(Render { count, cameras, denoise, ..Render::new([32, 24], technique) })
 }
 
-/// In `cornell` 1 % of the light may be missing. In `ajar`, where a sample in a thousand finds the lamp, a few pixels are most of the
-/// picture: what of theirs goes to neighbours of another colour is more, and may be either way; there the error alone is looked at.
+/// No light is lost in `cornell`, nor in `ajar`, whose floor has dark and bright tiles and where a sample in a thousand finds the lamp; .1 % may
+/// be as reflectances are rounded. In `tower` most pixels see the sky, lamps or several bricks: what they mix must not go to those that do not,
+/// which once made the error twice as large.
 fn renders_keep_their_light() -> Result<(), Failed> {
     let mut cpu = CpuExecutor::new()?;
-    for (name, lost, left) in [("cornell", 0.01, 0.3), ("ajar", 0.05, 0.3)] {
+    for (name, jitter, left) in [("cornell", false, 0.2), ("ajar", false, 0.1), ("tower", true, 0.5)] {
         let scene = SceneBuffers::build(&Scene::load(name)?)?;
-        let settings = PathSettings { jitter: false, max_depth: 4, ..PathSettings::default() };
+        let settings = PathSettings { jitter, max_depth: 4, ..PathSettings::default() };
         let noisy = Render { count: 2, ..Render::new([96, 72], settings) };
         let mut image = |render: Render| -> Result<Image, Failed> { Ok(render.render(&scene, &mut cpu)?.image) };
         let reference = image(Render { count: 512, seed: 1, ..noisy.clone() })?;
         let [before, after] = [None, Some(Denoise::default())].map(|denoise| Render { denoise, ..noisy.clone() });
         let [before, after] = [image(before)?, image(after)?];
-        ensure_near(name, [compare(&after, &before)?.mean_ratio, 1.0], lost)?;
+        ensure_near(name, [compare(&after, &before)?.mean_ratio, 1.0], 1.0e-3)?;
         let [before, after] = [compare(&before, &reference)?.rel_mse, compare(&after, &reference)?.rel_mse];
         ensure(after < left * before, || format!("{name}: an error of {after} is left of {before}"))?;
     }
