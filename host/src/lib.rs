@@ -42,6 +42,8 @@ pub mod input;
 pub mod memory;
 pub mod metrics;
 mod moments;
+#[cfg(feature = "oidn")]
+pub mod oidn;
 pub mod output;
 pub mod plan;
 #[cfg(feature = "exr")]

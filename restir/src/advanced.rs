@@ -13,6 +13,8 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+#[cfg(feature = "oidn")]
+pub use restir_host::oidn;
 #[cfg(feature = "exr")]
 pub use restir_host::reference;
 pub use restir_host::{

@@ -37,8 +37,9 @@ settings! {
         history: u32 = 8, in 1..=1024, unit "frames";
         /// Rounds of the filter, each of which reaches twice as far; 0 averages over time alone.
         rounds: u32 = 5, in 0..=MAX_ROUNDS, unit "";
-        /// Neighbours whose luminance differs by so many standard deviations see other light.
-        deviations: f32 = 8.0, in 0.1..=100.0, unit "standard deviations";
+        /// Neighbours whose luminance differs by so many standard deviations see other light; in each further round half as many do. In the first
+        /// one a sample that has found a lamp is far from neighbours that have not.
+        deviations: f32 = 40.0, in 0.1..=1000.0, unit "standard deviations";
     }
 }
 

@@ -18,10 +18,6 @@ use std::collections::VecDeque;
 /// Most samples of a pixel that its reflectance is a mean of.
 const MOST_SAMPLES: u32 = 16;
 
-/// The first round takes so much larger differences for noise: one sample that has found a lamp differs from neighbours that have not by
-/// many deviations, and after that round it does no more.
-const FIRST: f32 = 8.0;
-
 /// The frames of a technique, each of which is denoised where it is shown.
 pub(super) struct Denoised {
     denoise: Denoise,
@@ -152,8 +148,8 @@ impl Denoised {
         passes.push(Pass::new(&denoise_estimate::DESC, &[], &params, &noise));
         for round in 0..self.denoise.rounds {
             let (from, to) = (estimates[round as usize % 2], estimates[(round as usize + 1) % 2]);
-            let deviations = params.deviations * if round == 0 { FIRST } else { 1.0 };
-            let params = DenoiseParams { step: 1 << round, deviations, ..params };
+            let step = 1 << round;
+            let params = DenoiseParams { step, deviations: params.deviations / step as f32, ..params };
             let [seen, worth] = [("guides", guides), ("shares", shares)];
             passes.push(Pass::new(&denoise_share::DESC, &[], &params, &[seen, ("means", means), worth]));
             let bound = [seen, worth, ("estimates", from), ("filtered", to)];

@@ -1,24 +1,27 @@
-//! `cargo lab denoised`: errors before and after the denoiser, technique by technique.
+//! `cargo lab denoised`: errors before and after denoisers, technique by technique.
 
 mod blur;
+mod errors;
+mod frames;
 mod subjects;
 
 use std::fmt::Write as _;
+use std::time::Instant;
 
 use clap::Args;
+use restir_host::aov::Shot;
 use restir_host::buffers::SceneBuffers;
 use restir_host::denoise::Denoise;
 use restir_host::exec::CpuExecutor;
 use restir_host::image::Image;
-use restir_host::metrics::compare;
 use restir_host::render::Render;
-use restir_host::scene::CameraPath;
+use restir_host::scene::{Camera, CameraPath};
 use restir_host::technique::{Repeats, Technique};
-use restir_host::tonemap::{Operator, Tone};
-use restir_shared::glam::Vec3;
 
 use crate::origin::commit;
-use crate::{Error, flip, report};
+use crate::{Error, report};
+use errors::Errors;
+use frames::Last;
 use subjects::{SUBJECTS, Subject};
 
 /// Options of `cargo lab denoised`.
@@ -38,8 +41,6 @@ pub struct Options {
     write: bool,
 }
 
-/// How pictures are shown to eyes.
-const SHOWN: Tone = Tone { exposure: 0.0, operator: Operator::Aces };
 /// Samples of a reference.
 const REFERENCE: u32 = 1024;
 /// Samples or frames of a row.
@@ -62,19 +63,21 @@ pub fn run(options: &Options) -> Result<(), Error> {
 fn head(options: &Options) -> String {
     let Options { images, width, .. } = options;
     format!(
-        "# Errors after the denoiser\n\nMade by `cargo lab denoised --write` at commit {}. Images of {width} x {} pixels, relMSE and FLIP of the last \
+        "# Errors after the denoiser\n\nMade by `OIDN_DIR=... cargo run --release -p restir-lab --features oidn -- denoised --write` at commit {}. `cargo lab denoised` leaves out \
+         Open Image Denoise, and needs nothing.\n\nImages of {width} x {} pixels, relMSE and FLIP of the last \
          frame against path tracing with {REFERENCE} samples, means of {images} images. In an orbit the camera moves with every frame. \"Blur\" is the \
-         Gaussian blur of light over reflectance with the least relMSE, of {:?} pixels; \"over time\" is the denoiser without its filter. \"Light\" is the mean of the denoised image \
-         over that of the image before.\n\n\
-         | scene | technique | samples or frames | relMSE before | blur | over time | denoised | FLIP before | denoised | light |\n\
-         |---|---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
+         Gaussian blur of light over reflectance with the least relMSE, of {:?} pixels; \"over time\" is the denoiser without its filter; \"OIDN\" is Open Image Denoise \
+         2.5 on the last frame, with albedo and normals. \"Unsteady\" is the relMSE of the difference of the last two frames. \"Light\" is the mean of the denoised image \
+         over that of the image before. \"As long\" is path tracing with as many samples as take the time of the row before, measured here on a processor.\n\n\
+         | scene | technique | samples or frames | relMSE before | blur | over time | denoised | OIDN | FLIP before | denoised | OIDN | unsteady before | denoised | OIDN | light |\n\
+         |---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n",
         commit(),
         width * 3 / 4,
         blur::WIDTHS,
     )
 }
 
-/// A scene as it is seen, and what its last frame is to be.
+/// A scene as it is seen, and what its last frames are to be.
 struct Measured<'a> {
     subject: &'a Subject,
     orbits: bool,
@@ -84,7 +87,16 @@ struct Measured<'a> {
     scene: SceneBuffers,
     cpu: CpuExecutor,
     /// For each of [`COUNTS`].
-    references: Vec<Image>,
+    references: Vec<Last>,
+}
+
+/// What a row is of.
+struct Row<'a> {
+    name: &'a str,
+    technique: &'a dyn Technique,
+    /// Which of [`COUNTS`] its reference has.
+    at: usize,
+    count: u32,
 }
 
 impl<'a> Measured<'a> {
@@ -95,106 +107,138 @@ impl<'a> Measured<'a> {
         let (images, cpu) = (options.images, CpuExecutor::new()?);
         let mut measured = Self { subject, orbits, images, plain, scene, cpu, references: Vec::new() };
         for count in COUNTS {
-            let cameras = measured.cameras(count)?;
-            let last = cameras.last().copied().into_iter().collect();
-            let job = Render { count: REFERENCE, seed: u32::MAX, cameras: last, ..measured.plain.clone() };
-            let reference = job.render(&measured.scene, &mut measured.cpu)?.image;
-            measured.references.push(reference);
+            let mut cameras = measured.cameras(count)?;
+            let last = measured.reference(cameras.pop())?;
+            let before = cameras.pop().map(|camera| measured.reference(Some(camera))).transpose()?;
+            measured.references.push(Last { image: last, before });
         }
         Ok(measured)
     }
 
+    fn reference(&mut self, camera: Option<Camera>) -> Result<Image, Error> {
+        let cameras = camera.into_iter().collect();
+        let job = Render { count: REFERENCE, seed: u32::MAX, cameras, ..self.plain.clone() };
+        Ok(job.render(&self.scene, &mut self.cpu)?.image)
+    }
+
     /// The cameras of so many frames: none for the scene's, which stands still.
-    fn cameras(&self, count: u32) -> Result<Vec<restir_host::scene::Camera>, Error> {
+    fn cameras(&self, count: u32) -> Result<Vec<Camera>, Error> {
         let orbit = CameraPath::Orbit.cameras(self.scene.camera, COUNTS[1])?;
         Ok(if self.orbits { orbit.into_iter().take(count as usize).collect() } else { Vec::new() })
     }
 
     fn rows(&mut self, text: &mut String) -> Result<(), Error> {
+        let (_, path) = self.subject.techniques()?.remove(0);
+        let mut sample = f64::INFINITY;
         for (name, technique) in self.subject.techniques()? {
             let is_of_samples = technique.about().repeats == Repeats::Samples;
             // samples have one camera, and a single frame no history
-            let skipped = |count: u32, orbits: bool| orbits && (count == 1 || is_of_samples);
-            for (at, count) in COUNTS.into_iter().enumerate() {
-                if skipped(count, self.orbits) {
-                    continue;
+            let skipped = |count: u32| self.orbits && (count == 1 || is_of_samples);
+            for (at, count) in COUNTS.into_iter().enumerate().filter(|(_, count)| !skipped(*count)).collect::<Vec<_>>()
+            {
+                let seconds = self.row(text, &Row { name, technique: &*technique, at, count })?;
+                if is_of_samples {
+                    sample = sample.min(seconds / f64::from(count));
+                } else if !self.orbits {
+                    let count = (seconds / sample).round().max(1.0) as u32;
+                    self.row(text, &Row { name: "path, as long", technique: &*path, at, count })?;
                 }
-                self.row(text, name, &*technique, at, count)?;
-                eprintln!("{}", text.lines().last().unwrap_or_default());
             }
         }
         Ok(())
     }
 
-    fn row(
-        &mut self,
-        text: &mut String,
-        name: &str,
-        technique: &dyn Technique,
-        at: usize,
-        count: u32,
-    ) -> Result<(), Error> {
-        let cameras = self.cameras(count)?;
-        let reflectances = blur::reflectances(&self.scene, cameras.last(), [self.plain.width, self.plain.height])?;
-        let over_time = Denoise { rounds: 0, ..Denoise::default() };
-        let mut images = |denoise: Option<Denoise>| -> Result<Vec<Image>, Error> {
-            let image = |seed| {
-                let (cameras, denoise) = (cameras.clone(), denoise.clone());
-                let job = Render { count, seed, cameras, denoise, technique: technique.boxed(), ..self.plain.clone() };
-                Ok(job.render(&self.scene, &mut self.cpu)?.image)
+    /// Adds a row, and returns how long an image took in seconds, before it was denoised.
+    fn row(&mut self, text: &mut String, row: &Row<'_>) -> Result<f64, Error> {
+        let start = Instant::now();
+        let before = self.last(row, None)?;
+        let seconds = start.elapsed().as_secs_f64() / f64::from(self.images);
+        let over_time = self.last(row, Some(Denoise { rounds: 0, ..Denoise::default() }))?;
+        let after = self.last(row, Some(Denoise::default()))?;
+        let other = before.iter().map(|last| self.by_oidn(last, row)).collect::<Result<Option<Vec<Last>>, Error>>()?;
+        let size = [self.plain.width, self.plain.height];
+        let reflectances = blur::reflectances(&self.scene, self.cameras(row.count)?.last(), size)?;
+        let reference = &self.references[row.at];
+        let errors = |images: &[Last]| Errors::of(images, reference);
+        let [before_errors, over_time, after] = [errors(&before)?, errors(&over_time)?, errors(&after)?];
+        let other = other.map(|images| errors(&images)).transpose()?;
+        let told = |of: &dyn Fn(&Errors) -> Option<f64>, digits: usize| {
+            let cell = |errors: Option<&Errors>| {
+                errors.and_then(of).map_or("–".to_owned(), |error| format!("{error:.digits$}"))
             };
-            (0..self.images).map(image).collect()
+            [cell(Some(&before_errors)), cell(Some(&after)), cell(other.as_ref())].join(" | ")
         };
-        let [before, over_time, after] = [None, Some(over_time), Some(Denoise::default())].map(&mut images);
-        let (before, over_time, after) = (before?, over_time?, after?);
-        let reference = &self.references[at];
-        let blurred = best_blur(&before, reference, &reflectances)?;
-        let errors = [&before, &over_time, &after].map(|images| Errors::of(images, reference));
-        let [before, over_time, after] = errors;
-        let (before, over_time, after) = (before?, over_time?, after?);
         let scene = format!("{}{}", self.subject.scene, if self.orbits { ", an orbit" } else { "" });
+        let blurred = best_blur(&before, reference, &reflectances)?;
+        let oidn = other.as_ref().map_or("–".to_owned(), |errors| format!("{:.4}", errors.rel_mse));
         let _ = writeln!(
             text,
-            "| {scene} | {name} | {count} | {:.4} | {blurred:.4} | {:.4} | {:.4} | {:.3} | {:.3} | {:.3} |",
-            before.rel_mse,
+            "| {scene} | {} | {} | {:.4} | {blurred:.4} | {:.4} | {:.4} | {oidn} | {} | {} | {:.3} |",
+            row.name,
+            row.count,
+            before_errors.rel_mse,
             over_time.rel_mse,
             after.rel_mse,
-            before.flip,
-            after.flip,
-            after.light / before.light
+            told(&|errors| Some(errors.flip), 3),
+            told(&|errors| errors.unsteady, 4),
+            after.light / before_errors.light
         );
-        Ok(())
+        eprintln!("{}", text.lines().last().unwrap_or_default());
+        Ok(seconds)
     }
+
+    /// The last frames of independent images.
+    fn last(&mut self, row: &Row<'_>, denoise: Option<Denoise>) -> Result<Vec<Last>, Error> {
+        let cameras = self.cameras(row.count)?;
+        let technique = row.technique;
+        let render = |seed| {
+            let (cameras, denoise) = (cameras.clone(), denoise.clone());
+            Render { count: row.count, seed, cameras, denoise, technique: technique.boxed(), ..self.plain.clone() }
+        };
+        let renders: Vec<Render> = (0..self.images).map(render).collect();
+        renders.into_iter().map(|render| Last::of(&render, &self.scene, &mut self.cpu)).collect()
+    }
+
+    /// What Open Image Denoise makes of frames, if this was built with it.
+    fn by_oidn(&self, last: &Last, row: &Row<'_>) -> Result<Option<Last>, Error> {
+        let mut cameras = self.cameras(row.count)?;
+        let mut denoised = |image: &Image| {
+            let camera = cameras.pop().unwrap_or(self.scene.camera);
+            let size = [image.width, image.height];
+            let integral = row.technique.integral();
+            let shot = Shot {
+                scene: &self.scene,
+                frame: 0.0,
+                camera: &|_| camera,
+                size,
+                seed: 0,
+                integral,
+                samples: row.count,
+            };
+            by_oidn(image, &shot)
+        };
+        let Some(image) = denoised(&last.image)? else { return Ok(None) };
+        let before = last.before.as_ref().map_or(Ok(None), denoised)?;
+        Ok(Some(Last { image, before }))
+    }
+}
+
+#[cfg(feature = "oidn")]
+fn by_oidn(image: &Image, shot: &Shot<'_>) -> Result<Option<Image>, Error> {
+    Ok(Some(restir::advanced::oidn::denoise(image, shot)?))
+}
+
+#[cfg(not(feature = "oidn"))]
+fn by_oidn(_: &Image, _: &Shot<'_>) -> Result<Option<Image>, Error> {
+    Ok(None)
 }
 
 /// relMSE of the blur that has the least.
-fn best_blur(images: &[Image], reference: &Image, reflectances: &[Vec3]) -> Result<f64, Error> {
+fn best_blur(images: &[Last], reference: &Last, reflectances: &[restir_shared::glam::Vec3]) -> Result<f64, Error> {
     let of_width = |sigma| {
-        let blurred: Vec<Image> = images.iter().map(|image| blur::blurred(image, reflectances, sigma)).collect();
-        Ok(Errors::of(&blurred, reference)?.rel_mse)
+        let blurred = |last: &Last| Last { image: blur::blurred(&last.image, reflectances, sigma), before: None };
+        Ok(Errors::of(&images.iter().map(blurred).collect::<Vec<_>>(), reference)?.rel_mse)
     };
     let errors = blur::WIDTHS.into_iter().map(of_width).collect::<Result<Vec<f64>, Error>>()?;
     Ok(errors.into_iter().fold(f64::INFINITY, f64::min))
-}
-
-/// Means over images.
-#[derive(Default)]
-struct Errors {
-    rel_mse: f64,
-    flip: f64,
-    light: f64,
-}
-
-impl Errors {
-    fn of(images: &[Image], reference: &Image) -> Result<Self, Error> {
-        let share = 1.0 / images.len() as f64;
-        let mut mean = Self::default();
-        for image in images {
-            let compared = compare(image, reference)?;
-            mean.rel_mse += share * compared.rel_mse;
-            mean.light += share * compared.mean_ratio;
-            mean.flip += share * flip::mean(SHOWN, reference, image);
-        }
-        Ok(mean)
-    }
 }

@@ -1,5 +1,6 @@
 //! `restir render`
 
+mod denoiser;
 mod numbered;
 mod outputs;
 mod stop;
@@ -11,7 +12,6 @@ use std::time::{Duration, Instant};
 use restir::advanced::aov::Shot;
 use restir::advanced::checkpoint::{Checkpoint, render_resumed};
 use restir::advanced::output;
-use restir::denoise::Denoise;
 use restir::exec::{Description, Step};
 use restir::image::Channel;
 use restir::render::{Images, Progress, Render, Rendered, Shows};
@@ -24,6 +24,7 @@ use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
 use super::scrambles::{self, Mean};
 use super::technique::{Frames, MAX_FRAME, PixelArguments, TechniqueArguments, cameras, configured, refuse_unused};
 use super::{console, device, interrupt, metadata, progress::patiently, progress::reported, tev::Viewer};
+use denoiser::Denoiser;
 use outputs::Outputs;
 use stop::Stop;
 
@@ -47,9 +48,9 @@ pub(super) struct Arguments {
     #[arg(long)]
     accumulate: bool,
     /// Denoise the image: neighbours that see the same surface are averaged, as far as noise explains their difference. Frames before the last
-    /// one help (ReSTIR).
-    #[arg(long)]
-    denoise: bool,
+    /// one help (ReSTIR). With =oidn, Open Image Denoise does it, if this program was built with it.
+    #[arg(long, value_enum, value_name = "DENOISER", num_args = 0..=1, require_equals = true, default_missing_value = "svgf")]
+    denoise: Option<Denoiser>,
     /// Add channels to the EXR file that show how the technique works. ReSTIR shows its reservoirs: .M (confidence), .W
     /// (contribution weight), .visibility, .light (index) and .age (of the sample, in frames). Path tracing through
     /// scattering media shows order.N, the light that was scattered N times inside, each in a render of its own.
@@ -159,7 +160,7 @@ impl Arguments {
         let viewed = self.tev.is_some() && !self.layers && !self.stop.is_asked();
         let every = viewed || (numbered.is_some() && about.repeats == Repeats::Frames);
         let shows = if every { Shows::Each } else { Shows::Last };
-        let (accumulate, denoise) = (self.accumulate, self.denoise.then(Denoise::default));
+        let (accumulate, denoise) = (self.accumulate, self.denoise.and_then(Denoiser::settings));
         Ok(Render { count, accumulate, denoise, seed: options.seed, shows, ..Render::new(size, technique) })
     }
 }
@@ -179,13 +180,17 @@ impl Task<'_> {
     ) -> Result<Vec<Channel>, Error> {
         let layers = &self.arguments.outputs.aov;
         if layers.is_empty() {
-            return Ok(Vec::new());
+            Ok(Vec::new())
+        } else {
+            self.shot(render, frame, &|frame| self.camera(frame)).channels_observed(layers, observe)
         }
+    }
+
+    /// What the camera sees in a frame.
+    fn shot<'a>(&'a self, render: &Render, frame: u32, camera: &'a dyn Fn(f64) -> Camera) -> Shot<'a> {
         let (size, integral) = ([render.width, render.height], render.technique.integral());
         let samples = if render.technique.about().repeats == Repeats::Samples { render.count } else { u32::MAX };
-        let (frame, camera) = (f64::from(frame), |frame| self.camera(frame));
-        let shot = Shot { scene: self.buffers, frame, camera: &camera, size, seed: render.seed, integral, samples };
-        shot.channels_observed(layers, observe)
+        Shot { scene: self.buffers, frame: f64::from(frame), camera, size, seed: render.seed, integral, samples }
     }
 
     /// A single image.
@@ -200,10 +205,15 @@ impl Task<'_> {
             true => self.until(device, viewer, render)?,
             false => self.whole(device, viewer, render)?,
         };
-        let seconds = start.elapsed().as_secs_f64();
-        viewer.show(&finished.rendered.image);
         let render = &finished.render;
         let last = if render.technique.about().repeats == Repeats::Frames { render.count - 1 } else { 0 };
+        if self.arguments.denoise == Some(Denoiser::Oidn) {
+            let noisy = std::mem::take(&mut finished.rendered.image);
+            finished.rendered.image = denoiser::by_oidn(noisy, &self.shot(render, last, &|frame| self.camera(frame)))?;
+            finished.more.push(("denoise", "oidn".to_owned()));
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        viewer.show(&finished.rendered.image);
         if !outputs.aov.is_empty() {
             let layers = reported("layers", |observe| self.layers(render, last, observe))?;
             finished.channels.extend(layers);
@@ -291,6 +301,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     refuse_overwriting(inputs, &written)?;
     let mut scene = additions.open(&arguments.scene)?;
     refuse_overwriting(&scene.files, &written)?;
+    arguments.denoise.map_or(Ok(()), |denoiser| denoiser.check(numbered.is_some()))?;
     let render = arguments.render(&scene, numbered.as_ref())?;
     let size = [render.width, render.height];
     additions.complete(&mut scene, size)?;
