@@ -247,7 +247,7 @@ impl Views<'_> {
         let varies = jitter || has_lens(camera) || self.this.features & FEATURE_BLEND != 0;
         let count = if varies { self.samples } else { 1 };
         let wide = filter == PixelFilter::BlackmanHarris;
-        let samples = Samples { camera, jitter, wide, seed: self.seed, first: 0, count };
+        let samples = Samples { camera, jitter, wide, sampler: Sampler::Sobol, seed: self.seed, first: 0, count };
         let Means { albedo, normal, scattering, .. } = means(&self.this, &samples, [x, y]);
         for (layer, mean) in [(Aov::Albedo, albedo), (Aov::Normal, normal), (Aov::Scattering, scattering)] {
             layer.put(values, &mean.to_array());

@@ -11,6 +11,7 @@ mod advise;
 pub mod candidate;
 mod compare;
 pub mod console;
+mod denoise;
 pub mod device;
 mod devices;
 pub mod ending;
@@ -61,6 +62,8 @@ enum Command {
     Devices,
     /// Describe a scene, or an image and how it was made.
     Info(info::Arguments),
+    /// Denoise an image that was rendered before, here or elsewhere, by its layers.
+    Denoise(denoise::Arguments),
     /// Compare an image with a reference.
     ///
     /// Exits with 0 whenever the images could be compared, also if they differ.
@@ -87,6 +90,7 @@ fn run(Arguments { command }: Arguments) -> Result<(), Ending> {
         Command::Scenes(arguments) => scenes::run(&arguments),
         Command::Devices => devices::run(),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Denoise(arguments) => denoise::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Reference(arguments) => reference::run(&arguments),
         Command::Advise(arguments) => advise::run(&arguments),

@@ -2,6 +2,7 @@
 
 use restir::advanced::settings::{Choice as _, Settings as _};
 use restir::advanced::{reference::Reference, settings::Value};
+use restir::denoise::Denoise;
 use restir::exec::Description;
 use restir::render::{Render, Rendered};
 use restir::scene::{Camera, Environment, Scene};
@@ -45,8 +46,7 @@ pub(super) fn of_render(
         pairs.push(("accumulate", render.accumulate.write()));
     }
     if let Some(denoise) = &render.denoise {
-        let entries = denoise.entries().into_iter().map(|entry| format!("{}={}", entry.key, entry.value));
-        pairs.push(("denoise", entries.collect::<Vec<_>>().join(",")));
+        pairs.push(("denoise", of_denoiser(denoise)));
     }
     // what techniques without such a setting have by themselves
     if render.technique.value("max_depth").is_none() {
@@ -55,6 +55,12 @@ pub(super) fn of_render(
     pairs.extend(more);
     pairs.extend(render.technique.entries().into_iter().map(|entry| (entry.key, entry.value)));
     owned(pairs)
+}
+
+/// The settings of the denoiser.
+pub(super) fn of_denoiser(denoise: &Denoise) -> String {
+    let entries = denoise.entries().into_iter().map(|entry| format!("{}={}", entry.key, entry.value));
+    entries.collect::<Vec<_>>().join(",")
 }
 
 /// Pairs of a picture of a reference.

@@ -19,12 +19,16 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+mod layers;
+mod passes;
 mod plan;
 
 use crate::sequence::technique::Technique;
 use crate::sequence::{Sequence, Stage};
 use crate::settings;
 use plan::Denoised;
+use restir_shared::denoise::DenoiseParams;
+use restir_shared::num;
 
 /// Most rounds: the pixels of the last one are 2^9 apart.
 const MAX_ROUNDS: u32 = 10;
@@ -43,11 +47,19 @@ settings! {
     }
 }
 
+impl Denoise {
+    /// The parameters of an image that is a mean of so many samples: fewer are far from the mean of many. That a sample which finds a lamp
+    /// differs by many deviations is less so of means; the fourth root was found best (docs/denoising.md).
+    fn params(&self, [width, height]: [u32; 2], samples: u32, mean: DenoiseParams) -> DenoiseParams {
+        let deviations = self.deviations / num::sqrt(num::sqrt(samples.max(1) as f32));
+        DenoiseParams { width, height, deviations, ..mean }
+    }
+}
+
 /// The frames of a technique, denoised if that is wanted.
 pub(crate) fn sequence(technique: &dyn Technique, denoise: Option<&Denoise>, stage: &Stage) -> Box<dyn Sequence> {
-    let picture = technique.sequence(stage);
     match denoise {
-        Some(denoise) => Box::new(Denoised::new(denoise.clone(), technique.integral(), picture, stage)),
-        None => picture,
+        Some(denoise) => Box::new(Denoised::new(denoise.clone(), technique, stage)),
+        None => technique.sequence(stage),
     }
 }

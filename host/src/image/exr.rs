@@ -56,6 +56,46 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
     Ok(image.layer_data.channel_data.pixels)
 }
 
+/// As [`read_exr`], with those of the named channels that the layer has. A name may come after that of a view and a point, as in
+/// `ViewLayer.Depth.Z`; colours may then be `Combined`.
+///
+/// # Errors
+/// As of [`read_exr`].
+pub fn read_exr_with(path: &Path, names: &[&'static str]) -> Result<(Image, Vec<Channel>), Error> {
+    let bytes = exr_bytes(path)?.saturating_add(bytes_of_channels(&read_header(path)?));
+    memory::check(bytes, &format!("reading {}", path.display()), "use a smaller image, or one with fewer channels")?;
+    let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+    let read = read.all_attributes().non_parallel().from_buffered(open(path)?);
+    let layer = read.map_err(|error| not_exr(path, error))?.layer_data;
+    let channels = layer.channel_data.list;
+    let named = |name: &str| {
+        let ending = format!(".{name}");
+        let is = |channel: &&AnyChannel<FlatSamples>| {
+            let found = channel.name.to_string();
+            found == name || found.ends_with(&ending)
+        };
+        channels.iter().find(is).map(|channel| channel.sample_data.values_as_f32().collect::<Vec<f32>>())
+    };
+    let color = ["R", "G", "B"].map(|name| {
+        let exact = channels.iter().find(|channel| channel.name.to_string() == name);
+        let exact = exact.map(|channel| channel.sample_data.values_as_f32().collect::<Vec<f32>>());
+        exact.or_else(|| named(&format!("Combined.{name}")))
+    });
+    let [Some(red), Some(green), Some(blue)] = color else {
+        return Err(Error::cannot_read(path, "it has no channels R, G and B; give an image with colours"));
+    };
+    let pixels = red.into_iter().zip(green).zip(blue).map(|((r, g), b)| [r, g, b]).collect();
+    let image = Image { width: layer.size.width() as u32, height: layer.size.height() as u32, pixels };
+    let channel = |name: &&'static str| named(name).map(|values| Channel { name, values });
+    Ok((image, names.iter().filter_map(channel).collect()))
+}
+
+/// What all channels of a layer take, as they are read and as floats.
+fn bytes_of_channels(meta: &MetaData) -> u64 {
+    let bytes = |header: &Header| (header.layer_size.area() * header.channels.list.len()) as u64 * 8;
+    meta.headers.iter().map(bytes).max().unwrap_or(0)
+}
+
 /// Reads the metadata that [`write_exr`] wrote; empty for a file of another program.
 ///
 /// # Errors

@@ -23,7 +23,9 @@ mod exr;
 mod png;
 
 #[cfg(feature = "exr")]
-pub use exr::{Content, exr_bytes, read_exr, read_exr_content, read_exr_metadata, write_exr, write_exr_with};
+pub use exr::{
+    Content, exr_bytes, read_exr, read_exr_content, read_exr_metadata, read_exr_with, write_exr, write_exr_with,
+};
 #[cfg(feature = "png")]
 pub use png::write_png;
 

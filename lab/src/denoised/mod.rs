@@ -6,6 +6,7 @@ mod frames;
 mod subjects;
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
@@ -22,7 +23,7 @@ use crate::origin::commit;
 use crate::{Error, report};
 use errors::Errors;
 use frames::Last;
-use subjects::{SUBJECTS, Subject};
+use subjects::{SUBJECTS, Subject, VARIANTS, configured};
 
 /// Options of `cargo lab denoised`.
 #[derive(Args)]
@@ -46,6 +47,11 @@ const REFERENCE: u32 = 1024;
 /// Samples or frames of a row.
 const COUNTS: [u32; 2] = [1, 16];
 
+/// Of a table.
+const COLUMNS: &str = "| scene | technique | samples or frames | relMSE before | blur | over time | denoised | OIDN | FLIP before | denoised | OIDN | \
+                       unsteady before | denoised | OIDN | light |\n\
+                       |---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n";
+
 /// Measures, prints the report and writes it where asked.
 ///
 /// # Errors
@@ -55,6 +61,13 @@ pub fn run(options: &Options) -> Result<(), Error> {
     for subject in SUBJECTS.iter().filter(|subject| subject.scene.contains(&options.only)) {
         for orbits in [false, true] {
             Measured::of(options, subject, orbits)?.rows(&mut text)?;
+        }
+    }
+    text += "\n## What in reuse hurts\n\nThe same in an orbit, with settings changed.\n\n";
+    text += COLUMNS;
+    for (scene, name, settings) in VARIANTS {
+        for subject in SUBJECTS.iter().filter(|subject| subject.scene == scene && scene.contains(&options.only)) {
+            Measured::of(options, subject, true)?.variants(&mut text, name, settings)?;
         }
     }
     report::publish("denoised", &text, options.write)
@@ -69,8 +82,7 @@ fn head(options: &Options) -> String {
          Gaussian blur of light over reflectance with the least relMSE, of {:?} pixels; \"over time\" is the denoiser without its filter; \"OIDN\" is Open Image Denoise \
          2.5 on the last frame, with albedo and normals. \"Unsteady\" is the relMSE of the difference of the last two frames. \"Light\" is the mean of the denoised image \
          over that of the image before. \"As long\" is path tracing with as many samples as take the time of the row before, measured here on a processor.\n\n\
-         | scene | technique | samples or frames | relMSE before | blur | over time | denoised | OIDN | FLIP before | denoised | OIDN | unsteady before | denoised | OIDN | light |\n\
-         |---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n",
+         {COLUMNS}",
         commit(),
         width * 3 / 4,
         blur::WIDTHS,
@@ -84,7 +96,7 @@ struct Measured<'a> {
     images: u32,
     /// One image of a sample or a frame.
     plain: Render,
-    scene: SceneBuffers,
+    scene: Arc<SceneBuffers>,
     cpu: CpuExecutor,
     /// For each of [`COUNTS`].
     references: Vec<Last>,
@@ -97,11 +109,19 @@ struct Row<'a> {
     /// Which of [`COUNTS`] its reference has.
     at: usize,
     count: u32,
+    /// Samples of each frame, of path tracing in an orbit.
+    samples: u32,
+}
+
+impl Row<'_> {
+    fn counts(&self) -> String {
+        if self.samples > 1 { format!("{} x {}", self.count, self.samples) } else { self.count.to_string() }
+    }
 }
 
 impl<'a> Measured<'a> {
     fn of(options: &Options, subject: &'a Subject, orbits: bool) -> Result<Self, Error> {
-        let scene = SceneBuffers::build(&subject.scene()?)?;
+        let scene = Arc::new(SceneBuffers::build(&subject.scene()?)?);
         let (_, path) = subject.techniques()?.remove(0);
         let plain = Render::new([options.width, options.width * 3 / 4], path);
         let (images, cpu) = (options.images, CpuExecutor::new()?);
@@ -129,21 +149,35 @@ impl<'a> Measured<'a> {
 
     fn rows(&mut self, text: &mut String) -> Result<(), Error> {
         let (_, path) = self.subject.techniques()?.remove(0);
+        // seconds of a sample
         let mut sample = f64::INFINITY;
         for (name, technique) in self.subject.techniques()? {
             let is_of_samples = technique.about().repeats == Repeats::Samples;
-            // samples have one camera, and a single frame no history
-            let skipped = |count: u32| self.orbits && (count == 1 || is_of_samples);
-            for (at, count) in COUNTS.into_iter().enumerate().filter(|(_, count)| !skipped(*count)).collect::<Vec<_>>()
-            {
-                let seconds = self.row(text, &Row { name, technique: &*technique, at, count })?;
+            // a single frame has no history
+            let first = usize::from(self.orbits);
+            for (at, &count) in COUNTS.iter().enumerate().skip(first) {
+                let seconds = self.row(text, &Row { name, technique: &*technique, at, count, samples: 1 })?;
                 if is_of_samples {
                     sample = sample.min(seconds / f64::from(count));
-                } else if !self.orbits {
-                    let count = (seconds / sample).round().max(1.0) as u32;
-                    self.row(text, &Row { name: "path, as long", technique: &*path, at, count })?;
+                    continue;
                 }
+                let name = "path, as long";
+                let as_long = |seconds: f64| (seconds / sample).round().max(1.0) as u32;
+                let samples = as_long(seconds / f64::from(count));
+                let (count, samples) = if self.orbits { (count, samples) } else { (as_long(seconds), 1) };
+                self.row(text, &Row { name, technique: &*path, at, count, samples })?;
             }
+        }
+        Ok(())
+    }
+
+    /// Rows of a technique with settings, by these.
+    fn variants(&mut self, text: &mut String, name: &str, settings: &[&str]) -> Result<(), Error> {
+        for &settings in settings {
+            let technique = configured(name, settings)?;
+            let name = format!("{name} {settings}");
+            let row = Row { name: name.trim(), technique: &*technique, at: 1, count: COUNTS[1], samples: 1 };
+            self.row(text, &row)?;
         }
         Ok(())
     }
@@ -175,7 +209,7 @@ impl<'a> Measured<'a> {
             text,
             "| {scene} | {} | {} | {:.4} | {blurred:.4} | {:.4} | {:.4} | {oidn} | {} | {} | {:.3} |",
             row.name,
-            row.count,
+            row.counts(),
             before_errors.rel_mse,
             over_time.rel_mse,
             after.rel_mse,
@@ -190,13 +224,18 @@ impl<'a> Measured<'a> {
     /// The last frames of independent images.
     fn last(&mut self, row: &Row<'_>, denoise: Option<Denoise>) -> Result<Vec<Last>, Error> {
         let cameras = self.cameras(row.count)?;
-        let technique = row.technique;
-        let render = |seed| {
+        let image = |seed| {
             let (cameras, denoise) = (cameras.clone(), denoise.clone());
-            Render { count: row.count, seed, cameras, denoise, technique: technique.boxed(), ..self.plain.clone() }
+            let technique = row.technique.boxed();
+            Render { count: row.count, seed, cameras, denoise, technique, ..self.plain.clone() }
         };
-        let renders: Vec<Render> = (0..self.images).map(render).collect();
-        renders.into_iter().map(|render| Last::of(&render, &self.scene, &mut self.cpu)).collect()
+        let renders: Vec<Render> = (0..self.images).map(image).collect();
+        let is_of_samples = row.technique.about().repeats == Repeats::Samples;
+        let last = |render: Render| match self.orbits && is_of_samples {
+            true => Last::of_samples(&render, row.samples, &self.scene),
+            false => Last::of(&render, &self.scene, &mut self.cpu),
+        };
+        renders.into_iter().map(last).collect()
     }
 
     /// What Open Image Denoise makes of frames, if this was built with it.

@@ -34,6 +34,35 @@ pub(super) const SUBJECTS: [Subject; 4] = [
     },
 ];
 
+/// What may hurt a denoiser in reuse, switched off or turned down: a scene, a technique, and its settings in each row.
+pub(super) const VARIANTS: [(&str, &str, &[&str]); 2] = [
+    (
+        "many-lights",
+        "restir-di",
+        &[
+            "",
+            "confidence_cap=4",
+            "feedback=off",
+            "temporal=off",
+            "spatial=0",
+            "shaded=0",
+            "spatial=0,shaded=0",
+            "preset=quality",
+        ],
+    ),
+    (
+        "ajar",
+        "restir-pt",
+        &[
+            "max_depth=4",
+            "max_depth=4,confidence_cap=4",
+            "max_depth=4,temporal=off",
+            "max_depth=4,spatial=0",
+            "max_depth=4,feedback=on",
+        ],
+    ),
+];
+
 impl Subject {
     pub(super) fn scene(&self) -> Result<Scene, Error> {
         scenes::named(self.scene).map_or_else(|| Scene::load(self.scene), Ok)
@@ -42,11 +71,13 @@ impl Subject {
     /// Path tracing first, each with its name.
     pub(super) fn techniques(&self) -> Result<Vec<Named>, Error> {
         let all = std::iter::once(("path", self.path)).chain(self.others.iter().copied());
-        all.map(|(name, settings)| {
-            let mut technique = named(name)?;
-            configure_by(technique.as_mut(), settings)?;
-            Ok((name, technique))
-        })
-        .collect()
+        all.map(|(name, settings)| Ok((name, configured(name, settings)?))).collect()
     }
+}
+
+/// A technique with settings.
+pub(super) fn configured(name: &str, settings: &str) -> Result<Box<dyn Technique>, Error> {
+    let mut technique = named(name)?;
+    configure_by(technique.as_mut(), settings)?;
+    Ok(technique)
 }

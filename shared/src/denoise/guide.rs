@@ -7,8 +7,9 @@ use crate::camera::central_ray;
 use crate::geometry::Ray;
 use crate::layout::CameraParams;
 use crate::num;
-use crate::pack::{decode_unit_vector, encode_unit_vector, f32_from_half2, half2_from_f32};
+use crate::pack::{f32_from_half2, half2_from_f32};
 use crate::resample::reproject::{MIN_DEPTH, Point};
+use crate::rng::Sampler;
 use crate::scene::{Frames, Location, Probe, Surface, Trace};
 use crate::vec::dot;
 use bytemuck::{Pod, Zeroable};
@@ -23,7 +24,7 @@ pub struct Guide {
     inverse_depth: f32,
     /// By which part of itself it grows from pixel to pixel, to the right and down, as two halves.
     slopes: u32,
-    /// Unit geometric normal, as of [`encode_unit_vector`].
+    /// Unit geometric normal, each component in 10 bits.
     normal: u32,
     /// Which object it belongs to: pixels of other keys have nothing in common. 0 where nothing is.
     key: u32,
@@ -39,7 +40,7 @@ impl Guide {
         // beyond that a pixel sees the surface from its edge
         let slope = |slope: f32| num::clamp(slope, -1.0, 1.0);
         let slopes = half2_from_f32(slope(slopes[0]), slope(slopes[1]));
-        Self { inverse_depth, slopes, normal: encode_unit_vector(normal), key }
+        Self { inverse_depth, slopes, normal: steps_of(normal), key }
     }
 
     /// Which object it is.
@@ -61,14 +62,16 @@ impl Guide {
         if self.key != other.key {
             return Self::ANOTHER;
         }
-        let turned = 1.0 - dot(decode_unit_vector(self.normal), decode_unit_vector(other.normal));
+        let between = from_steps(self.normal) - from_steps(other.normal);
+        // one minus the cosine, exactly 0 of equal ones
+        let turned = dot(between, between) * (0.5 / (STEPS * STEPS));
         // between two points of a curved surface the slope is the mean of theirs
         let (here, there) = (self.change(offset) * self.inverse_depth, other.change(offset) * other.inverse_depth);
         let off = num::abs(other.inverse_depth - self.inverse_depth - 0.5 * (here + there));
         let bent = 0.5 * Self::BENT * (num::abs(here) + num::abs(there));
         let nearer = num::max(self.inverse_depth, other.inverse_depth);
         let off_plane = num::div(off, nearer * Self::tolerance(offset, spread) + bent);
-        num::max(turned, 0.0) * Self::SHARPNESS + off_plane
+        turned * Self::SHARPNESS + off_plane
     }
 
     /// By which part of itself the inverse depth grows over `offset`.
@@ -81,7 +84,10 @@ impl Guide {
     /// By which part of itself an inverse depth may be off, `offset` pixels away on a plane that faces the camera.
     #[inline(always)]
     fn tolerance(offset: Vec2, spread: f32) -> f32 {
-        spread * num::sqrt(offset.x * offset.x + offset.y * offset.y) + Self::ROUNDING
+        let (across, down) = (num::abs(offset.x), num::abs(offset.y));
+        // the distance, within 8 %
+        let distance = num::max(across, down) + 0.4 * num::min(across, down);
+        spread * distance + Self::ROUNDING
     }
 
     /// How far a point that is seen `offset` pixels away lies from the plane, where 1 is a slope of 45 degrees.
@@ -101,6 +107,21 @@ impl Guide {
     const BENT: f32 = 0.125;
     /// Of depths, some roundings.
     const ROUNDING: f32 = 1.0e-5;
+}
+
+/// Steps from 0 to 1 of a normal's component.
+const STEPS: f32 = 511.0;
+
+#[inline(always)]
+fn steps_of(normal: Vec3) -> u32 {
+    let code = |component: f32| num::nearest((num::clamp(component, -1.0, 1.0) + 1.0) * STEPS) as u32;
+    code(normal.x) | code(normal.y) << 10 | code(normal.z) << 20
+}
+
+/// The normal and (1, 1, 1), times [`STEPS`].
+#[inline(always)]
+fn from_steps(code: u32) -> Vec3 {
+    Vec3::new((code & 0x3ff) as f32, (code >> 10 & 0x3ff) as f32, (code >> 20) as f32)
 }
 
 /// What of a pixel goes into light, and where the last frame saw its point.
@@ -152,8 +173,10 @@ impl GuideParams {
     #[inline(always)]
     fn camera_rays(&self) -> Samples<'_> {
         let Self { seed, first_sample: first, samples: count, flags, .. } = *self;
-        let [jitter, wide] = [Self::JITTER, Self::BLACKMAN_HARRIS].map(|flag| flags & flag != 0);
-        Samples { camera: &self.camera, jitter, wide, seed, first, count }
+        let [jitter, wide, independent] =
+            [Self::JITTER, Self::BLACKMAN_HARRIS, Self::INDEPENDENT].map(|flag| flags & flag != 0);
+        let sampler = if independent { Sampler::Independent } else { Sampler::Sobol };
+        Samples { camera: &self.camera, jitter, wide, sampler, seed, first, count }
     }
 }
 

@@ -35,6 +35,8 @@ impl GuideParams {
     pub const JITTER: u32 = 1;
     /// They are spread by the Blackman-Harris filter.
     pub const BLACKMAN_HARRIS: u32 = 1 << 1;
+    /// Random numbers of different samples are independent, not points of a sequence.
+    pub const INDEPENDENT: u32 = 1 << 2;
 
     /// The pixels of the image.
     pub(super) fn grid(&self) -> Grid {

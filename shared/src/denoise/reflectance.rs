@@ -36,6 +36,8 @@ pub struct Samples<'a> {
     pub jitter: bool,
     /// They are spread about it by the Blackman-Harris filter.
     pub wide: bool,
+    /// How random numbers of the picture are spread.
+    pub sampler: Sampler,
     /// Seed of the picture.
     pub seed: u32,
     /// Index of the first sample.
@@ -45,10 +47,10 @@ pub struct Samples<'a> {
 }
 
 impl Samples<'_> {
-    /// The ray of a sample of the pixel (x, y), counted from the first one: that of path tracing's defaults.
+    /// The ray of a sample of the pixel (x, y), counted from the first one.
     #[inline(always)]
     pub(super) fn ray(&self, features: u32, sample: u32, [x, y]: [u32; 2]) -> Ray {
-        let rng = Rng::new(x, y, self.first.wrapping_add(sample), self.seed, Sampler::Sobol);
+        let rng = Rng::new(x, y, self.first.wrapping_add(sample), self.seed, self.sampler);
         let place = |u| if self.wide { about_pixel(u) } else { u };
         camera_ray(self.camera, self.jitter, place, features, &rng, x, y)
     }

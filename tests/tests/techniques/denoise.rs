@@ -1,10 +1,11 @@
 //! The denoiser, on pictures whose right answer is known, and in renders.
 
 use libtest_mimic::Failed;
+use restir_host::aov::{Aov, Shot};
 use restir_host::buffers::SceneBuffers;
 use restir_host::denoise::Denoise;
 use restir_host::exec::{CpuExecutor, Executor, GpuExecutor};
-use restir_host::image::Image;
+use restir_host::image::{Channel, Image};
 use restir_host::metrics::compare;
 use restir_host::render::Render;
 use restir_host::scene::{Camera, Scene};
@@ -38,7 +39,13 @@ pub(crate) fn trials() -> Vec<Trial> {
         Trial::test("what was not seen before begins anew", what_is_new_begins_anew),
         Trial::test("renders keep their light and lose their noise", renders_keep_their_light),
     ];
-    trials.extend(device::trials(|adapter| vec![adapter.trial("the bits of the CPU", same_on_device)]));
+    trials.push(Trial::test("images from elsewhere are denoised by their layers", by_layers));
+    trials.extend(device::trials(|adapter| {
+        vec![
+            adapter.trial("the bits of the CPU", same_on_device),
+            adapter.trial("the bits of the CPU, by layers", layers_on_device),
+        ]
+    }));
     trials
 }
 
@@ -309,6 +316,52 @@ fn renders_keep_their_light() -> Result<(), Failed> {
         ensure(after < left * before, || format!("{name}: an error of {after} is left of {before}"))?;
     }
     Ok(())
+}
+
+/// An image of `cornell` with the layers of its scene.
+fn layered(samples: u32) -> Result<(Image, Vec<Channel>, Image), Failed> {
+    let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+    let job =
+        Render { count: samples, ..Render::new([96, 72], PathSettings { max_depth: 4, ..PathSettings::default() }) };
+    let mut cpu = CpuExecutor::new()?;
+    let image = job.render(&scene, &mut cpu)?.image;
+    let reference = Render { count: 512, seed: 1, ..job.clone() }.render(&scene, &mut cpu)?.image;
+    let (camera, integral) = (|_| scene.camera, job.technique.integral());
+    let shot = Shot { scene: &scene, frame: 0.0, camera: &camera, size: [96, 72], seed: 0, integral, samples };
+    let layers: Vec<Aov> = Denoise::NEEDS.into_iter().chain(Denoise::KNOWS).collect();
+    Ok((image, shot.channels(&layers)?, reference))
+}
+
+/// Without the numbers of objects light goes from the lamp to the ceiling, which the test sees; without a layer that is needed, and of one
+/// of another size, a sentence says so.
+fn by_layers() -> Result<(), Failed> {
+    let (image, layers, reference) = layered(8)?;
+    let mut cpu = CpuExecutor::new()?;
+    let mut denoised = |layers: &[Channel]| Denoise::default().image(&image, layers, &mut cpu);
+    let without = |names: &[&str]| -> Vec<Channel> {
+        layers.iter().filter(|layer| !names.contains(&layer.name)).cloned().collect()
+    };
+    let known = denoised(&layers)?;
+    let unknown = denoised(&without(Aov::Id.channels()))?;
+    ensure_near("light", [compare(&known, &image)?.mean_ratio, 1.0], 1.0e-3)?;
+    let [before, known, unknown] = [&image, &known, &unknown].map(|image| compare(image, &reference));
+    let [before, known, unknown] = [before?.rel_mse, known?.rel_mse, unknown?.rel_mse];
+    ensure(known < 0.6 * before && unknown > 2.0 * known, || {
+        format!("{before} before, {known} after, {unknown} without objects")
+    })?;
+    let missing = denoised(&without(&["Depth.Z"])).err().map(|error| error.to_string()).unwrap_or_default();
+    ensure(missing.contains("no channel \"Depth.Z\""), || format!("without depth: {missing}"))?;
+    let mut short = layers.clone();
+    short.iter_mut().for_each(|layer| layer.values.truncate(7));
+    ensure(denoised(&short).is_err(), || "layers of another size are taken".to_owned())
+}
+
+fn layers_on_device(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let (image, layers, _) = layered(2)?;
+    let denoise = Denoise::default();
+    let host = denoise.image(&image, &layers, &mut CpuExecutor::new()?)?;
+    let compared = compare(&denoise.image(&image, &layers, executor)?, &host)?;
+    ensure(compared.identical, || format!("{} words differ", compared.differing_words))
 }
 
 /// Renders of any technique, whatever moves; a history of the frames before is in the last one. `slab` has light of 1e-9, of which squares are hardly

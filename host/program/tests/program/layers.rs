@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use exr::prelude::read_first_flat_layer_from_file;
-use restir::image::read_exr;
+use restir::image::{Image, read_exr, read_exr_metadata};
 use restir::technique;
 
-use crate::support::Workplace;
+use crate::support::{Workplace, finish, program};
 
 const ALL: &str = "albedo,normal,depth,position,motion,id";
 
@@ -104,4 +104,34 @@ fn layers_that_there_are_not() {
     refused("albedo,beauty", &["beauty", "albedo | normal"]);
     refused("id,id", &["id twice"]);
     assert!(read_exr(workplace.output("image.exr").as_ref()).is_err());
+}
+
+/// What was rendered before is denoised by its layers, and says so of itself; without them, or over its input, it is not.
+#[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
+fn images_are_denoised_afterwards() {
+    let workplace = Workplace::new();
+    let [noisy, plain, denoised] = ["noisy.exr", "plain.exr", "denoised.exr"].map(|name| workplace.output(name));
+    workplace.picture("plain.exr", "cornell", &["--spp", "4"]);
+    let before = workplace.picture("noisy.exr", "cornell", &["--spp", "4", "--aov", "albedo,normal,depth,id"]);
+    let denoise = |from: &str, to: &str| finish(&mut program(["denoise", from, "-o", to, "--device", "cpu"]));
+    denoise(&noisy, &denoised).says(&["wrote"]);
+    let after = read_exr(denoised.as_ref()).unwrap();
+    let mean = |image: &Image| image.pixels.as_flattened().iter().sum::<f32>();
+    assert!(before != after && (mean(&before) / mean(&after) - 1.0).abs() < 1e-3);
+    let metadata = read_exr_metadata(denoised.as_ref()).unwrap();
+    assert!(metadata.iter().any(|(key, value)| key == "denoise" && value.contains("rounds=5")), "{metadata:?}");
+    denoise(&plain, &denoised).refused(&["no channel \"Denoising Albedo.R\"", "--aov"]);
+    denoise(&noisy, &noisy).refused(&["is also read"]);
+    denoise(&noisy, &workplace.output("denoised.png")).refused(&["has to end in .exr"]);
+    denoise("nowhere.exr", &denoised).refused(&["cannot read nowhere.exr"]);
+    assert_eq!(read_exr(denoised.as_ref()).unwrap(), after);
+}
+
+/// Open Image Denoise is not in this program, which says so.
+#[test]
+fn what_is_not_built_in_is_refused() {
+    let workplace = Workplace::new();
+    let mut render = workplace.render("image.exr", "cornell", &["--denoise=oidn"]);
+    workplace.refuses(&mut render, &["--features oidn"]);
 }
