@@ -84,22 +84,31 @@ impl Contrast {
 /// How a pixel differs from the next ones in four directions.
 #[inline(always)]
 pub fn contrast(params: &DenoiseParams, guides: &[Guide], means: &[History], at: [u32; 2]) -> Contrast {
+    let right = off_squared(params, guides, means, at, 1, 0);
+    let below = off_squared(params, guides, means, at, 0, 1);
+    let below_right = off_squared(params, guides, means, at, 1, 1);
+    let below_left = off_squared(params, guides, means, at, -1, 1);
+    Contrast { squares: [right, below, below_right, below_left] }
+}
+
+/// See [`Contrast`].
+#[inline(always)]
+fn off_squared(
+    params: &DenoiseParams,
+    guides: &[Guide],
+    means: &[History],
+    at: [u32; 2],
+    across: i32,
+    down: i32,
+) -> f32 {
     let (index, _) = params.neighbour(at, 0, 0);
-    let (guide, own) = (guides[index], means[index]);
-    let square = |across: i32, down: i32| {
-        let (index, inside) = params.neighbour(at, across, down);
-        let other = means[index];
-        let offset = Vec2::new(across as f32, down as f32);
-        let same = guide.difference(&guides[index], offset, params.spread) < ALIKE;
-        let black = num::min(told_of(own.reflectance), told_of(other.reflectance)) < BLACK;
-        let off = brightness(own.color) - brightness(other.color);
-        if inside & same & !black & (own.frames > 0.0) & (other.frames > 0.0) {
-            told(off * off)
-        } else {
-            Contrast::APART
-        }
-    };
-    Contrast { squares: [square(1, 0), square(0, 1), square(1, 1), square(-1, 1)] }
+    let (next, inside) = params.neighbour(at, across, down);
+    let (own, other) = (means[index], means[next]);
+    let offset = Vec2::new(across as f32, down as f32);
+    let same = guides[index].difference(&guides[next], offset, params.spread) < ALIKE;
+    let black = num::min(told_of(own.reflectance), told_of(other.reflectance)) < BLACK;
+    let off = brightness(own.color) - brightness(other.color);
+    if inside & same & !black & (own.frames > 0.0) & (other.frames > 0.0) { told(off * off) } else { Contrast::APART }
 }
 
 /// The mean of a pixel's frames and its variance: with few frames that of pixels around it, whose contrasts are those of [`contrast()`].
@@ -213,7 +222,8 @@ impl Around {
     #[inline(always)]
     fn along(&self, single: bool) -> f32 {
         let Self { squares, pairs, .. } = *self;
-        let [of_all, count] = [squares, pairs].map(|of| of.x + of.y + (of.z + of.w));
+        let of_all = squares.x + squares.y + (squares.z + squares.w);
+        let count = pairs.x + pairs.y + (pairs.z + pairs.w);
         let all = if count > 0.0 { num::div(of_all, count) } else { 0.0 };
         let enough = if single { MANY } else { 1.0 };
         let mean = |sum: f32, pairs: f32| if pairs < enough { all } else { num::div(sum, pairs) };

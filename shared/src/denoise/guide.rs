@@ -64,7 +64,7 @@ impl Guide {
         }
         let between = from_steps(self.normal) - from_steps(other.normal);
         // one minus the cosine, exactly 0 of equal ones
-        let turned = dot(between, between) * (0.5 / (STEPS * STEPS));
+        let turned = dot(between, between) * HALF_SQUARE_STEP;
         // between two points of a curved surface the slope is the mean of theirs
         let (here, there) = (self.change(offset) * self.inverse_depth, other.change(offset) * other.inverse_depth);
         let off = num::abs(other.inverse_depth - self.inverse_depth - 0.5 * (here + there));
@@ -111,6 +111,8 @@ impl Guide {
 
 /// Steps from 0 to 1 of a normal's component.
 const STEPS: f32 = 511.0;
+/// Half the square of a step.
+const HALF_SQUARE_STEP: f32 = 0.5 / (STEPS * STEPS);
 
 #[inline(always)]
 fn steps_of(normal: Vec3) -> u32 {
@@ -173,8 +175,8 @@ impl GuideParams {
     #[inline(always)]
     fn camera_rays(&self) -> Samples<'_> {
         let Self { seed, first_sample: first, samples: count, flags, .. } = *self;
-        let [jitter, wide, independent] =
-            [Self::JITTER, Self::BLACKMAN_HARRIS, Self::INDEPENDENT].map(|flag| flags & flag != 0);
+        let [jitter, wide] = [flags & Self::JITTER != 0, flags & Self::BLACKMAN_HARRIS != 0];
+        let independent = flags & Self::INDEPENDENT != 0;
         let sampler = if independent { Sampler::Independent } else { Sampler::Sobol };
         Samples { camera: &self.camera, jitter, wide, sampler, seed, first, count }
     }
