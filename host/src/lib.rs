@@ -39,6 +39,7 @@ pub mod foreign;
 pub mod image;
 #[doc(hidden)]
 pub mod input;
+mod layered;
 pub mod memory;
 pub mod metrics;
 mod moments;

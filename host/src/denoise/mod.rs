@@ -19,13 +19,13 @@
 //! # Ok::<(), Error>(())
 //! ```
 
-mod layers;
 mod passes;
 mod plan;
 
 use crate::sequence::technique::Technique;
 use crate::sequence::{Sequence, Stage};
 use crate::settings;
+pub(crate) use passes::Planes;
 use plan::Denoised;
 use restir_shared::denoise::DenoiseParams;
 use restir_shared::num;
@@ -50,7 +50,7 @@ settings! {
 impl Denoise {
     /// The parameters of an image that is a mean of so many samples: fewer are far from the mean of many. That a sample which finds a lamp
     /// differs by many deviations is less so of means; the fourth root was found best (docs/denoising.md).
-    fn params(&self, [width, height]: [u32; 2], samples: u32, mean: DenoiseParams) -> DenoiseParams {
+    pub(crate) fn params(&self, [width, height]: [u32; 2], samples: u32, mean: DenoiseParams) -> DenoiseParams {
         let deviations = self.deviations / num::sqrt(num::sqrt(samples.max(1) as f32));
         DenoiseParams { width, height, deviations, ..mean }
     }

@@ -9,7 +9,7 @@ use restir_shared::denoise::{DenoiseParams, Estimate, Guide, History, Share, Tra
 use restir_shared::layout::FilmPixel;
 
 /// Planes that two frames, or two rounds, have in turn, and those that one frame has.
-pub(super) struct Planes {
+pub(crate) struct Planes {
     guides: [BufferId; 2],
     means: [BufferId; 2],
     estimates: [BufferId; 2],
@@ -19,13 +19,13 @@ pub(super) struct Planes {
 }
 
 /// Where to write what the pixels of a frame see.
-pub(super) struct Seen {
-    pub(super) guides: BufferId,
-    pub(super) tracks: BufferId,
+pub(crate) struct Seen {
+    pub(crate) guides: BufferId,
+    pub(crate) tracks: BufferId,
 }
 
 impl Planes {
-    pub(super) fn new(buffers: &mut Vec<Buffer>, [width, height]: [u32; 2]) -> Self {
+    pub(crate) fn new(buffers: &mut Vec<Buffer>, [width, height]: [u32; 2]) -> Self {
         let mut add = |name, bytes: usize| {
             buffers.push(Buffer { name, words: bytes / 4 * width as usize * height as usize, contents: None });
             buffers.len() - 1
@@ -41,26 +41,26 @@ impl Planes {
         }
     }
 
-    pub(super) fn seen(&self) -> Seen {
+    pub(crate) fn seen(&self) -> Seen {
         Seen { guides: self.guides[0], tracks: self.tracks }
     }
 
-    pub(super) fn denoised(&self) -> BufferId {
+    pub(crate) fn denoised(&self) -> BufferId {
         self.denoised
     }
 
     /// What is of this frame becomes that of the last one.
-    pub(super) fn swap(&mut self) {
+    pub(crate) fn swap(&mut self) {
         self.guides.swap(0, 1);
         self.means.swap(0, 1);
     }
 
     /// How many passes there are.
-    pub(super) fn count(rounds: u32) -> u64 {
+    pub(crate) fn count(rounds: u32) -> u64 {
         4 + 2 * u64::from(rounds)
     }
 
-    pub(super) fn passes(&self, params: &DenoiseParams, rounds: u32, picture: BufferId) -> Vec<Result<Pass, Error>> {
+    pub(crate) fn passes(&self, params: &DenoiseParams, rounds: u32, picture: BufferId) -> Vec<Result<Pass, Error>> {
         let Self { guides: [guides, other_guides], means: [means, other_means], estimates, tracks, shares, denoised } =
             *self;
         let mut passes = Vec::new();

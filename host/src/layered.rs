@@ -1,8 +1,7 @@
 //! Images that somebody else rendered, with what their pixels see as channels.
 
-use super::Denoise;
-use super::passes::Planes;
 use crate::aov::Aov;
+use crate::denoise::{Denoise, Planes};
 use crate::exec::Executor;
 use crate::image::{Channel, Image};
 use crate::plan::{Buffer, FramePlan};
