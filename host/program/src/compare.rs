@@ -1,13 +1,14 @@
 //! `restir compare`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use restir::Error;
 use restir::advanced::memory;
 use restir::advanced::metrics::{self, Comparison};
-use restir::image::{exr_bytes, read_exr};
+use restir::image::{Image, exr_bytes, read_exr};
 use serde_json::json;
 
+use super::ending::Ending;
 use super::parse::{ends_in, require};
 use super::{console, progress::patiently};
 
@@ -22,7 +23,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Ending> {
     for image in [&arguments.image, &arguments.reference] {
         let problem = format_args!(
             "{} holds what was shown of the radiance, cut off and rounded; compare the EXR files, of render's -o",
@@ -37,7 +38,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let (image, reference) = (image?, reference?);
     let comparison = patiently("comparing the images", || metrics::compare(&image, &reference))?;
     let format = if arguments.json { json_text } else { table };
-    console::print(&format(&comparison))
+    console::print(&format(&comparison))?;
+    let bad = images.into_iter().zip([&image, &reference]).find_map(|(path, image)| not_finite(path, image));
+    bad.map_or(Ok(()), |problem| Err(Ending::Failed(problem)))
+}
+
+/// Where an image is no picture: its errors are no numbers then.
+fn not_finite(path: &Path, image: &Image) -> Option<String> {
+    let bad = |(_, pixel): &(usize, &[f32; 3])| !pixel.iter().all(|value| value.is_finite());
+    let mut all = image.pixels.iter().enumerate().filter(bad);
+    let (first, _) = all.next()?;
+    let (x, y, more) = (first % image.width as usize, first / image.width as usize, all.count());
+    let path = path.display();
+    Some(format!("{path} has {} pixels that are not finite, the first at {x},{y}", more + 1))
 }
 
 fn json_text(comparison: &Comparison) -> String {

@@ -66,7 +66,7 @@ enum Command {
     Denoise(denoise::Arguments),
     /// Compare an image with a reference.
     ///
-    /// Exits with 0 whenever the images could be compared, also if they differ.
+    /// Exits with 0 whenever the images could be compared, also if they differ, and with 1 if one has pixels that are not finite.
     Compare(compare::Arguments),
     /// Make or continue the reference image of a scene, with its standard error, in a cache.
     Reference(reference::Arguments),
@@ -91,7 +91,7 @@ fn run(Arguments { command }: Arguments) -> Result<(), Ending> {
         Command::Devices => devices::run(),
         Command::Info(arguments) => info::run(&arguments),
         Command::Denoise(arguments) => denoise::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Compare(arguments) => return compare::run(&arguments),
         Command::Reference(arguments) => reference::run(&arguments),
         Command::Advise(arguments) => advise::run(&arguments),
         Command::Settings(arguments) => settings::run(&arguments),

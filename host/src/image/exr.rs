@@ -29,12 +29,17 @@ const MAX_PIXELS_PER_BYTE: u64 = 1024;
 /// Copies of a block while it is read: as it is in the file, decompressed, put in order, and one that the decompression needs.
 const COPIES_OF_A_BLOCK: u64 = 4;
 
-/// Reads the channels R, G and B of the first layer that has them; half floats are widened exactly.
+/// Reads the channels R, G and B of the first layer that has them, else those after the name of a layer, as in `ViewLayer.Combined.R`, else the
+/// luminance Y; half floats are widened exactly.
 ///
 /// # Errors
 /// [`Error::File`] if the file is missing, damaged, lacks these channels or has more than 2^28 pixels; [`Error::Memory`] if reading takes
 /// too much ([`exr_bytes`]).
 pub fn read_exr(path: &Path) -> Result<Image, Error> {
+    let has = |header: &Header, name: &str| header.channels.list.iter().any(|channel| channel.name.eq(name));
+    if !read_header(path)?.headers.iter().any(|header| ["R", "G", "B"].iter().all(|name| has(header, name))) {
+        return read_exr_with(path, &[]).map(|(image, _)| image);
+    }
     memory::check(exr_bytes(path)?, &format!("reading {}", path.display()), "use a smaller image")?;
     let image = exr::prelude::read()
         .no_deep_data()
@@ -57,7 +62,7 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
 }
 
 /// As [`read_exr`], with those of the named channels that the layer has. A name may come after that of a view and a point, as in
-/// `ViewLayer.Depth.Z`; colours may then be `Combined`.
+/// `ViewLayer.Depth.Z`.
 ///
 /// # Errors
 /// As of [`read_exr`].
@@ -68,21 +73,20 @@ pub fn read_exr_with(path: &Path, names: &[&'static str]) -> Result<(Image, Vec<
     let read = read.all_attributes().non_parallel().from_buffered(open(path)?);
     let layer = read.map_err(|error| not_exr(path, error))?.layer_data;
     let channels = layer.channel_data.list;
+    let values = |channel: &AnyChannel<FlatSamples>| channel.sample_data.values_as_f32().collect::<Vec<f32>>();
+    let exact = |name: &str| channels.iter().find(|channel| channel.name.eq(name)).map(values);
     let named = |name: &str| {
         let ending = format!(".{name}");
-        let is = |channel: &&AnyChannel<FlatSamples>| {
-            let found = channel.name.to_string();
-            found == name || found.ends_with(&ending)
-        };
-        channels.iter().find(is).map(|channel| channel.sample_data.values_as_f32().collect::<Vec<f32>>())
+        let of_layer = || channels.iter().find(|channel| channel.name.to_string().ends_with(&ending)).map(values);
+        exact(name).or_else(of_layer)
     };
-    let color = ["R", "G", "B"].map(|name| {
-        let exact = channels.iter().find(|channel| channel.name.to_string() == name);
-        let exact = exact.map(|channel| channel.sample_data.values_as_f32().collect::<Vec<f32>>());
-        exact.or_else(|| named(&format!("Combined.{name}")))
-    });
-    let [Some(red), Some(green), Some(blue)] = color else {
-        return Err(Error::cannot_read(path, "it has no channels R, G and B; give an image with colours"));
+    let color = |find: &dyn Fn(&str) -> Option<Vec<f32>>, [r, g, b]: [&str; 3]| find(r).zip(find(g)).zip(find(b));
+    let own = color(&exact, ["R", "G", "B"]);
+    let of_blender = || color(&named, ["Combined.R", "Combined.G", "Combined.B"]);
+    let of_any = || color(&named, ["R", "G", "B"]).or_else(|| color(&named, ["Y"; 3]));
+    let Some(((red, green), blue)) = own.or_else(of_blender).or_else(of_any) else {
+        let found = channels.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>().join(", ");
+        return Err(Error::cannot_read(path, format!("it has no channels R, G and B, but {found}; save its colours")));
     };
     let pixels = red.into_iter().zip(green).zip(blue).map(|((r, g), b)| [r, g, b]).collect();
     let image = Image { width: layer.size.width() as u32, height: layer.size.height() as u32, pixels };
@@ -238,7 +242,15 @@ fn read_header(path: &Path) -> Result<MetaData, Error> {
     MetaData::read_from_buffered(open(path)?, false).map_err(|error| not_exr(path, error))
 }
 
+/// What files of Radiance begin with.
+const RADIANCE: &[u8] = b"#?";
+
 fn not_exr(path: &Path, error: exr::error::Error) -> Error {
+    let mut start = [0; RADIANCE.len()];
+    let is_read = File::open(path).and_then(|mut file| io::Read::read_exact(&mut file, &mut start)).is_ok();
+    if is_read && start == RADIANCE {
+        return Error::cannot_read(path, "it is a Radiance file (.hdr); convert it to EXR");
+    }
     let sentence = match &error {
         exr::error::Error::Io(error) if error.kind() != io::ErrorKind::UnexpectedEof => error.to_string(),
         exr::error::Error::NotSupported(what) => format!("{what} cannot be read; save it as a plain EXR file"),
@@ -305,6 +317,33 @@ mod tests {
         }
         let short = [Channel { name: "layer.c", values: vec![0.0] }];
         write_exr_with(&path, &awkward(), &short, &[]).unwrap_err();
+    }
+
+    /// Colours after the name of a layer, of several the combined ones, and luminance alone; other channels by their endings.
+    #[test]
+    fn colours_of_layers_are_read() {
+        let (_folder, path) = place();
+        let encoding =
+            Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+        let read = |names: &[&str]| {
+            let channel = |(i, name): (usize, &&str)| AnyChannel::new(*name, FlatSamples::F32(vec![i as f32; 6]));
+            let channels = AnyChannels::sort(names.iter().enumerate().map(channel).collect());
+            let layer = Layer::new((3, 2), LayerAttributes::default(), encoding, channels);
+            ExrImage::from_layer(layer).write().non_parallel().to_file(&path).unwrap();
+            (read_exr(&path).map(|image| image.pixels[5]), read_exr_with(&path, &["Depth.Z"]).unwrap_or_default())
+        };
+        let blender = ["V.A.R", "V.A.G", "V.A.B", "V.Combined.R", "V.Combined.G", "V.Combined.B", "V.Depth.Z"];
+        let (image, (same, layers)) = read(&blender);
+        assert_eq!((image.unwrap(), same.pixels[5], same.width), ([3.0, 4.0, 5.0], [3.0, 4.0, 5.0], 3));
+        assert_eq!(layers, [Channel { name: "Depth.Z", values: vec![6.0; 6] }]);
+        assert_eq!(read(&blender[..3]).0.unwrap(), [0.0, 1.0, 2.0]);
+        assert_eq!(read(&["R", "G", "B", "V.Combined.R", "V.Combined.G", "V.Combined.B"]).0.unwrap(), [0.0, 1.0, 2.0]);
+        assert_eq!(read(&["A", "Y"]).0.unwrap(), [1.0; 3]);
+        let problem = read(&["U", "V"]).0.unwrap_err().to_string();
+        assert!(problem.contains("no channels R, G and B, but U, V"), "{problem}");
+        std::fs::write(&path, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n").unwrap();
+        let problem = read_exr(&path).unwrap_err().to_string();
+        assert!(problem.contains("Radiance file") && problem.contains("convert it to EXR"), "{problem}");
     }
 
     #[test]

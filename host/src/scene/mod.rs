@@ -33,6 +33,7 @@ mod animation;
 pub mod builtin;
 mod camera;
 mod camera_path;
+mod closed;
 mod default_light;
 mod emitters;
 mod environment;

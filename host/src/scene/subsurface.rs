@@ -19,9 +19,9 @@
 //! # Ok::<(), restir_host::Error>(())
 //! ```
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::closed::closed;
 use super::{Material, Mesh, Scene, Volume, VolumeScattering};
 use crate::Error;
 use crate::settings::unknown;
@@ -101,15 +101,13 @@ impl Scene {
         let mut filled = false;
         for index in 0..self.meshes.len() {
             let (mesh, size) = (self.meshes[index].clone(), self.size(index));
-            if self.materials[mesh.material].emission == [0.0; 3]
-                && size > 0.0
-                && is_closed(&mesh)
-                && volume(&mesh) > 0.0
-            {
+            let dark = self.materials[mesh.material].emission == [0.0; 3];
+            let body = closed(&mesh).filter(|body| dark && size > 0.0 && volume(body) > 0.0);
+            if let Some(body) = body {
                 let volume = medium(name, scale.unwrap_or(size / USUAL_SIZE))?;
                 let surface = &self.materials[mesh.material];
                 let material = self.add_material(filled_with(surface, format!("{name} of {}", mesh.name), volume));
-                self.meshes[index] = Arc::new(Mesh { material, ..Mesh::clone(&mesh) });
+                self.meshes[index] = Arc::new(Mesh { material, ..body });
                 filled = true;
             }
         }
@@ -149,32 +147,15 @@ fn volume(mesh: &Mesh) -> f64 {
     mesh.triangles().map(|corners| corners.map(|p| p - about)).map(|[p, q, r]| p.cross(q).dot(r) / 6.0).sum()
 }
 
-/// Whether each edge of a mesh, from position to position, is met as often in one direction as in the other.
-fn is_closed(mesh: &Mesh) -> bool {
-    let corner = |index: u32| mesh.positions[index as usize].map(|x| (x + 0.0).to_bits());
-    let mut edges = HashMap::new();
-    for &[a, b, c] in &mesh.indices {
-        for (from, to) in [(a, b), (b, c), (c, a)].map(|(from, to)| (corner(from), corner(to))) {
-            // an edge of a triangle without an area
-            if from == to {
-                continue;
-            }
-            *edges.entry((from.min(to), from.max(to))).or_insert(0_i64) += if from < to { 1 } else { -1 };
-        }
-    }
-    !mesh.indices.is_empty() && edges.values().all(|&balance| balance == 0)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::closed::is_closed;
     use super::*;
     use crate::scene::builtin;
     use glam::DVec3;
 
     #[test]
-    fn bodies_are_closed_meshes() {
-        assert!(is_closed(&Mesh::cuboid(DVec3::ZERO, DVec3::ONE)) && is_closed(&Mesh::sphere(DVec3::ZERO, 1.0, 2)));
-        assert!(!is_closed(&Mesh::quad(DVec3::ZERO, [DVec3::X, DVec3::Y])) && !is_closed(&Mesh::default()));
+    fn rooms_are_no_bodies() {
         let cube = Mesh::cuboid(DVec3::splat(4.0), DVec3::splat(5.0));
         let mut degenerate = cube.clone();
         degenerate.indices.push([0, 0, 1]);

@@ -6,7 +6,7 @@ use restir::image::{Image, read_exr, read_exr_metadata, write_exr};
 use restir::scene::Scene;
 use serde_json::json;
 
-use crate::support::{TRIANGLE, Workplace, changed, finish, run, triangles, value_of};
+use crate::support::{TRIANGLE, Workplace, changed, finish, program, run, triangles, value_of};
 
 /// The comparison says that the outputs have the same bits.
 fn assert_identical(workplace: &Workplace, outputs: [&str; 2]) {
@@ -283,4 +283,22 @@ fn layers_show_the_reservoirs_and_leave_the_image_as_it_is() {
     }
     assert!(age.iter().any(|&age| age > 0.0) && weight.iter().any(|&weight| weight > 0.0));
     finish(&mut workplace.render("path.exr", "cornell", &["--layers"])).refused(&["--layers"]);
+}
+
+/// Errors of what is no picture are no numbers, which a script has to see.
+#[test]
+fn pixels_that_are_not_finite_are_told() {
+    let workplace = Workplace::new();
+    let [good, bad] = ["good.exr", "bad.exr"].map(|name| workplace.output(name));
+    let mut image = workplace.picture("good.exr", "cornell", &["--spp", "1"]);
+    image.pixels[16 * 3 + 2][1] = f32::NAN;
+    image.pixels[16 * 7][0] = f32::INFINITY;
+    write_exr(bad.as_ref(), &image, &[]).unwrap();
+    for (arguments, words) in [([&bad, &good], "bad.exr has 2 pixels"), ([&good, &bad], "bad.exr has 2 pixels")] {
+        let outcome = finish(&mut program(["compare", arguments[0], arguments[1], "--json"]));
+        assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+        assert!(outcome.stdout.contains(r#""rmse":null"#), "{}", outcome.stdout);
+        assert!(outcome.stderr.contains(words) && outcome.stderr.contains("the first at 2,3"), "{}", outcome.stderr);
+    }
+    finish(&mut program(["compare", &good, &good])).done();
 }

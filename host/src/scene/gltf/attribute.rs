@@ -28,7 +28,8 @@ impl Importer<'_> {
         mesh.uvs = self.attribute::<2>(mesh, primitive, Semantic::TexCoords(set), "texture coordinates")?;
         if mesh.uvs.is_empty() {
             self.warn(format!("it has no texture coordinates {set} for the textures of its material"));
-        } else if needs.tangents {
+        } else if needs.tangents && !mesh.normals.is_empty() {
+            // without normals a mesh is flat, and tangents that it has are of other ones (glTF 2.0, 3.7.2.1)
             mesh.tangents = self.tangents(mesh, primitive)?;
         }
         Ok(())

@@ -39,11 +39,24 @@ impl Importer<'_> {
         for (index, material) in root.materials.iter().enumerate() {
             let name = label(material.name.as_ref(), "material", index);
             let subject = format!("material {name}");
-            let (converted, needs) = self.about(subject, |importer| importer.converted(name, material))?;
+            let converted = self.about(subject, |importer| importer.converted(name.clone(), material));
+            let (converted, needs) = match converted {
+                Err(problem) if !self.is_used(index) => {
+                    self.warn(format!("{problem}; nothing has this material, which was left out"));
+                    (Material::diffuse(name, [0.0; 3]), Needs::default())
+                }
+                converted => converted?,
+            };
             self.scene.materials.push(converted);
             self.needs.push(needs);
         }
         Ok(())
+    }
+
+    /// Whether a mesh has the material.
+    fn is_used(&self, index: usize) -> bool {
+        let mut primitives = self.document.root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        primitives.any(|primitive| primitive.material.is_some_and(|material| material.value() == index))
     }
 
     /// Index of the material of a primitive that names none, glTF's default: a white and rough metal.

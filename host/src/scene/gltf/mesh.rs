@@ -1,6 +1,7 @@
 //! Meshes: each primitive becomes a mesh of the scene.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use gltf::json::mesh::{Mesh as JsonMesh, Mode, Primitive, Semantic};
 use gltf::json::{Index, validation::Checked};
@@ -9,6 +10,10 @@ use super::deform::Deformer;
 use super::{Importer, Problem, label};
 use crate::error::ensure;
 use crate::scene::Mesh;
+use crate::scene::closed::is_closed;
+
+/// Compressed meshes, beside which a file may have the same ones in plain form.
+const DRACO: &str = "KHR_draco_mesh_compression";
 
 impl Importer<'_> {
     /// The scene's meshes for a mesh of the file; added when first asked for.
@@ -34,7 +39,21 @@ impl Importer<'_> {
             let name = if mesh.primitives.len() == 1 { name } else { format!("{name}, primitive {number}") };
             self.about(format!("mesh {name}"), |importer| importer.add_primitive(name, primitive, deformer))?;
         }
-        Ok(first..self.scene.meshes.len())
+        let added = first..self.scene.meshes.len();
+        self.warn_of_open_volumes(added.clone(), label(mesh.name.as_ref(), "mesh", index));
+        Ok(added)
+    }
+
+    /// A volume is what the surface of a body encloses, and all of its primitives are that surface.
+    fn warn_of_open_volumes(&mut self, meshes: Range<usize>, name: String) {
+        let meshes = &self.scene.meshes[meshes];
+        let has_volume = meshes.iter().any(|mesh| self.scene.materials[mesh.material].volume.is_some());
+        if has_volume && !is_closed(&joined(meshes)) {
+            self.warn(format!(
+                "mesh {name}: its material has a volume, and it is not closed, so that light which enters does not leave as from a body; close it, \
+                 or set the thickness of a sheet to 0"
+            ));
+        }
     }
 
     fn add_primitive(
@@ -54,6 +73,10 @@ impl Importer<'_> {
             self.warn("it has no positions and was skipped");
             return Ok(());
         };
+        let compressed = primitive.extensions.as_ref().is_some_and(|extensions| extensions.others.contains_key(DRACO));
+        let accessor = self.document.get(positions, "it has accessor")?;
+        let empty = accessor.buffer_view.is_none() && accessor.sparse.is_none();
+        ensure!(!(compressed && empty), "it is compressed by {DRACO}, which is not supported; export it without");
         let positions = self.document.vectors::<3>(positions)?;
         let vertices = match primitive.indices {
             Some(indices) => self.document.integers(indices)?,
@@ -88,6 +111,17 @@ impl Importer<'_> {
         let is_color = |semantic: &Checked<Semantic>| matches!(semantic, Checked::Valid(Semantic::Colors(_)));
         self.warn_if(primitive.attributes.keys().any(is_color), "its vertex colours are ignored");
     }
+}
+
+/// The triangles of several meshes as one.
+fn joined(meshes: &[Arc<Mesh>]) -> Mesh {
+    let mut all = Mesh::default();
+    for mesh in meshes {
+        let first = all.positions.len() as u32;
+        all.positions.extend(&mesh.positions);
+        all.indices.extend(mesh.indices.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
+    }
+    all
 }
 
 fn check(positions: &[[f32; 3]], vertices: &[u32]) -> Result<(), Problem> {

@@ -48,6 +48,7 @@ mod budget;
 mod buffer;
 mod container;
 mod deform;
+mod document;
 pub(super) mod exact;
 mod image;
 mod light;
@@ -108,8 +109,7 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
 
 pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<Scene, Problem> {
     let (text, blob) = container::split(bytes)?;
-    let root: Root =
-        json::deserialize::from_slice(text).map_err(|error| format!("its JSON is broken: {error}; export it again"))?;
+    let document::Parsed { root, warnings } = document::parse(text)?;
     check_support(&root)?;
     let mut file_room = budget::max_bytes();
     let buffers = buffer::load_all(&root, blob, folder, &mut file_room)?;
@@ -128,9 +128,7 @@ pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<
         tracks: Vec::new(),
         movers: rig::Movers::default(),
     };
-    for extension in root.extensions_used.iter().filter(|name| !is_supported(name)) {
-        importer.warn(format!("the extension {extension} is not supported and was ignored"));
-    }
+    warnings.into_iter().for_each(|warning| importer.warn(warning));
     importer.add_materials()?;
     importer.add_animations()?;
     importer.add_nodes()?;
@@ -206,9 +204,7 @@ impl Importer<'_> {
 }
 
 fn check_support(root: &Root) -> Result<(), Problem> {
-    let json::Asset { version, min_version, .. } = &root.asset;
-    ensure!(version.starts_with("2."), "its glTF version {version:?} is not supported; convert it to 2.0");
-    let least = min_version.as_deref().unwrap_or("2.0");
+    let least = root.asset.min_version.as_deref().unwrap_or("2.0");
     ensure!(is_at_most_2_0(least), "it needs glTF version {least:?}; export it for 2.0");
     let required = root.extensions_required.iter().find(|name| !is_supported(name));
     required.map_or(Ok(()), |name| {

@@ -5,10 +5,15 @@ use std::collections::HashSet;
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use gltf::json::{Camera as JsonCamera, Index, Node};
 
+use restir_shared::num;
+
 use super::deform::Deformer;
 use super::{Importer, Problem, exact, label};
 use crate::error::ensure;
 use crate::scene::{Camera, Instance, MAX_COORDINATE, Part, Placement, Property};
+
+/// The longer side of a picture whose aspect alone is known, in pixels.
+const USUAL_SIDE: f32 = 512.0;
 
 /// A node on the way down.
 struct Reached {
@@ -105,9 +110,18 @@ impl Importer<'_> {
         ensure!(near, "{name} is at {position}, beyond {MAX_COORDINATE:e}; move it nearer to the origin");
         let rounded = Camera::pinhole(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, vertical_fov).carried(&world);
         let exact = exact::camera(&camera.extras, &world, perspective.yfov);
+        let aspect = perspective.aspect_ratio.filter(|aspect| aspect.is_finite() && *aspect > 0.0);
+        self.scene.default_size = self.scene.default_size.or(aspect.map(size_of));
         self.scene.camera = Some(exact.unwrap_or(rounded));
         Ok(())
     }
+}
+
+/// A picture of this aspect, whose longer side is the usual one.
+fn size_of(aspect: f32) -> [u32; 2] {
+    let shorter = |part: f32| (num::nearest(USUAL_SIDE * part) as u32).max(1);
+    let longer = USUAL_SIDE as u32;
+    if aspect > 1.0 { [longer, shorter(num::recip(aspect))] } else { [shorter(aspect), longer] }
 }
 
 /// From the node's space to its parent's.

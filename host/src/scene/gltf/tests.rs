@@ -10,6 +10,7 @@ use crate::buffers::SceneBuffers;
 mod attributes;
 mod lights;
 mod materials;
+mod reported;
 mod textures;
 
 /// The corners of a unit square, counter-clockwise seen from +z.

@@ -13,8 +13,10 @@ use crate::error::ensure;
 use crate::error::gib;
 use crate::input;
 
-/// What a URI begins with that holds its data.
+/// What a URI begins with that holds its data, in letters of any case.
 const DATA: &str = "data:";
+/// What it has before a comma and its data.
+const BASE64_KIND: &str = ";base64";
 
 /// The bytes of a URI, at most `length` of them. A relative URI is relative to `folder`; `what` names the
 /// data in messages; `room` is what may still be read from files.
@@ -25,8 +27,10 @@ pub(super) fn bytes(
     length: usize,
     room: &mut u64,
 ) -> Result<Vec<u8>, Problem> {
-    if let Some(data) = uri.strip_prefix(DATA) {
-        let (_, text) = data.split_once(";base64,").ok_or("a data URI is not in base64")?;
+    if is_data(uri) {
+        let (kind, text) = uri.split_once(',').unwrap_or((uri, ""));
+        let is_base64 = kind.to_ascii_lowercase().ends_with(BASE64_KIND);
+        ensure!(is_base64, "a data URI is not in base64");
         let mut bytes = BASE64.decode(text).map_err(|_| "a data URI has broken base64")?;
         bytes.truncate(length);
         return Ok(bytes);
@@ -51,8 +55,12 @@ pub(super) fn bytes(
 /// The file of a relative URI that leads nowhere out of `folder`.
 pub(super) fn file(uri: &str, folder: Option<&Path>) -> Option<PathBuf> {
     let relative = percent_decode_str(uri).decode_utf8_lossy();
-    let inside = !uri.starts_with(DATA) && !uri.contains("://") && stays_inside(&relative);
+    let inside = !is_data(uri) && !uri.contains("://") && stays_inside(&relative);
     inside.then(|| folder.unwrap_or(Path::new("")).join(&*relative))
+}
+
+fn is_data(uri: &str) -> bool {
+    uri.get(..DATA.len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case(DATA))
 }
 
 /// Whether a path is relative and leads nowhere out of the folder that it is relative to.

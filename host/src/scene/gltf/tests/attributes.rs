@@ -96,3 +96,15 @@ fn tangents_are_read_for_normal_maps() {
     let zero = with_attribute(uvs, &accessors, &[0.0; 16], NORMAL_MAPPED).unwrap();
     assert!(zero.meshes[0].tangents.is_empty() && zero.warnings[0].contains("tangents"), "{:?}", zero.warnings);
 }
+
+/// glTF 2.0, 3.7.2.1: without normals a mesh is flat, and its tangents must be ignored.
+#[test]
+fn tangents_without_normals_are_ignored() {
+    let vec4 = r#""bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC4""#;
+    let data = [0.0, 1.0, 0.0, 1.0].repeat(4);
+    let coordinates = r#""TANGENT": 1, "TEXCOORD_0": 2"#;
+    let accessors =
+        format!(r#"{vec4} }}, {{ "bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2", "byteOffset": 0"#);
+    let scene = with_attribute(coordinates, &accessors, &data, NORMAL_MAPPED).unwrap();
+    assert!(scene.meshes[0].tangents.is_empty() && !scene.meshes[0].uvs.is_empty());
+}
