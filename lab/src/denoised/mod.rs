@@ -76,8 +76,8 @@ pub fn run(options: &Options) -> Result<(), Error> {
 fn head(options: &Options) -> String {
     let Options { images, width, .. } = options;
     format!(
-        "# Errors after the denoiser\n\nMade by `OIDN_DIR=... cargo run --release -p restir-lab --features oidn -- denoised --write` at commit {}. `cargo lab denoised` leaves out \
-         Open Image Denoise, and needs nothing.\n\nImages of {width} x {} pixels, relMSE and FLIP of the last \
+        "# Errors after the denoiser\n\nMade by `cargo lab denoised --write` (8 min) at commit {}, built with Open Image Denoise: `OIDN_DIR=FOLDER cargo run --release -p \
+         restir-lab --features oidn -- denoised --write`. Without it, its columns are empty.\n\nImages of {width} x {} pixels, relMSE and FLIP of the last \
          frame against path tracing with {REFERENCE} samples, means of {images} images. In an orbit the camera moves with every frame. \"Blur\" is the \
          Gaussian blur of light over reflectance with the least relMSE, of {:?} pixels; \"over time\" is the denoiser without its filter; \"OIDN\" is Open Image Denoise \
          2.5 on the last frame, with albedo and normals. \"Unsteady\" is the relMSE of the difference of the last two frames. \"Light\" is the mean of the denoised image \
