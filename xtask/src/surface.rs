@@ -67,7 +67,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
 fn documented(name: &str) -> Result<Documented, Error> {
     let target = Path::new("target/surface");
     let mut rustdoc = Command::new("cargo");
-    rustdoc.args(["rustdoc", "--quiet", "--lib", "--all-features", "--package", name, "--target-dir"]).arg(target);
+    rustdoc.args(["rustdoc", "--quiet", "--lib", "--package", name, "--target-dir"]).arg(target);
     rustdoc.args(["--", "-Z", "unstable-options", "--output-format", "json", "--cap-lints", "allow"]);
     finish(rustdoc.env("RUSTC_BOOTSTRAP", "1"))?;
     let path = target.join("doc").join(name.replace('-', "_")).with_extension("json");
