@@ -8,8 +8,9 @@ const ROUNDING: f64 = 1.0e-6;
 
 /// Whether each edge of a mesh, from position to position, is met as often in one direction as in the other. Positions may differ by
 /// roundings, as at the seam of a sphere.
+#[cfg(any(feature = "gltf", test))]
 pub(super) fn is_closed(mesh: &Mesh) -> bool {
-    [0.0, ROUNDING].iter().any(|&tolerance| is_balanced(mesh, &representatives(mesh, tolerance)))
+    closed(mesh).is_some()
 }
 
 /// The mesh if it is closed, with positions that differ by roundings made equal where it is not closed without, so that no ray passes between them.
