@@ -69,6 +69,8 @@ pub mod color;
 #[doc(hidden)]
 pub mod compact;
 #[doc(hidden)]
+pub mod conditional;
+#[doc(hidden)]
 pub mod denoise;
 #[doc(hidden)]
 pub mod diffusion;

@@ -2,9 +2,10 @@
 
 mod architecture;
 mod bsdf;
+mod conditional;
 mod diffusion;
 mod geometry;
 mod media;
 mod num;
 
-restir_tests::suites! { architecture bsdf diffusion geometry media num }
+restir_tests::suites! { architecture bsdf conditional diffusion geometry media num }
