@@ -34,11 +34,16 @@ impl Denoise {
     /// An image from anywhere, by `layers`, whose channels have the names of [`Aov::channels`]. Depths may be in any unit.
     ///
     /// # Errors
-    /// [`Error::Setting`] if a layer of [`Self::NEEDS`] is missing or has not a value a pixel, [`Error::Memory`] if it does not fit, and
+    /// [`Error::EmptyImage`] if there are no pixels, [`Error::Setting`] if the image has not `width * height`, or a layer of
+    /// [`Self::NEEDS`] is missing or has not a value a pixel, [`Error::Memory`] if it does not fit, and
     /// what the executor reports.
     pub fn image(&self, image: &Image, layers: &[Channel], executor: &mut dyn Executor) -> Result<Image, Error> {
         let Image { width, height, .. } = *image;
         let size = [width, height];
+        let count = u64::from(width) * u64::from(height);
+        if count == 0 || count != image.pixels.len() as u64 {
+            return Err(if count == 0 { Error::EmptyImage { size } } else { pixels_missing(image) });
+        }
         let scene = Layers::new(image, layers)?;
         let mut buffers = Vec::new();
         let planes = Planes::new(&mut buffers, size);
@@ -59,6 +64,11 @@ impl Denoise {
         let film: Vec<FilmPixel> = outputs.first().map(|words| bytemuck::pod_collect_to_vec(words)).unwrap_or_default();
         Ok(Image { width, height, pixels: film.into_iter().map(|pixel| pixel.sum).collect() })
     }
+}
+
+fn pixels_missing(image: &Image) -> Error {
+    let Image { width, height, pixels } = image;
+    Error::Setting(format!("an image of {width} x {height} has {} pixels; give it width * height", pixels.len()))
 }
 
 fn words<T: bytemuck::Pod>(plane: &[T]) -> Arc<[u32]> {

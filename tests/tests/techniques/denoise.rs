@@ -353,7 +353,10 @@ fn by_layers() -> Result<(), Failed> {
     ensure(missing.contains("no channel \"Depth.Z\""), || format!("without depth: {missing}"))?;
     let mut short = layers.clone();
     short.iter_mut().for_each(|layer| layer.values.truncate(7));
-    ensure(denoised(&short).is_err(), || "layers of another size are taken".to_owned())
+    ensure(denoised(&short).is_err(), || "layers of another size are taken".to_owned())?;
+    let odd = [Image::default(), Image { height: 9, ..image.clone() }];
+    let taken = odd.iter().filter(|odd| Denoise::default().image(odd, &layers, &mut cpu).is_ok()).count();
+    ensure(taken == 0, || "images without their pixels are taken".to_owned())
 }
 
 fn layers_on_device(executor: &mut GpuExecutor) -> Result<(), Failed> {
