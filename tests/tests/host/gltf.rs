@@ -31,7 +31,9 @@ fn comes_back(scene: &Scene) -> Result<(), Failed> {
 
 fn generated(name: &'static str, file: &[u8]) -> Result<(), Failed> {
     let scene = import(name, file)?;
-    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    // panes of a single sheet may have a volume in these files
+    let warnings: Vec<_> = scene.warnings.iter().filter(|warning| !warning.contains("is not closed")).collect();
+    assert!(warnings.is_empty(), "{warnings:?}");
     comes_back(&scene)
 }
 
