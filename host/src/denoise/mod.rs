@@ -49,7 +49,8 @@ settings! {
 
 impl Denoise {
     /// The parameters of an image that is a mean of so many samples: fewer are far from the mean of many. That a sample which finds a lamp
-    /// differs by many deviations is less so of means; the fourth root was found best (docs/denoising.md).
+    /// differs by many deviations is less so of means. The fourth root is a choice: without it means of many are blurred, and with the square
+    /// root what is left of rare samples stays.
     pub(crate) fn params(&self, [width, height]: [u32; 2], samples: u32, mean: DenoiseParams) -> DenoiseParams {
         let deviations = self.deviations / num::sqrt(num::sqrt(samples.max(1) as f32));
         DenoiseParams { width, height, deviations, ..mean }

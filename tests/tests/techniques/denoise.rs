@@ -22,8 +22,8 @@ use restir_tests::suite::{Trial, ensure};
 
 const SIZE: [u32; 2] = [48, 36];
 const PIXELS: u32 = SIZE[0] * SIZE[1];
-/// What a sum over the picture may be off after some rounds: 1e-6 was found.
-const ROUNDED: f64 = 1.0e-5;
+/// What a sum over the picture may be off after five rounds, each of which rounds to 6e-8: with these seeds it is off by 6e-8 at most.
+const ROUNDED: f64 = 1.0e-6;
 /// Rounds of the filter, as a render has them.
 const ROUNDS: u32 = 5;
 
