@@ -21,7 +21,7 @@ use crate::Error;
 use crate::plan::{Buffer, BufferId, Pass};
 use bytemuck::Pod;
 use restir_kernels::KernelDesc;
-use restir_kernels::compact::{compact_count, compact_gather, compact_scan, compact_sum};
+use restir_kernels::compact::{compact_count, compact_gather, compact_scan, compact_starts, compact_sum, compact_take};
 use restir_shared::compact::{BLOCK, CompactParams, ScanParams};
 use restir_shared::layout::Extent;
 
@@ -79,26 +79,59 @@ pub struct Compaction {
 /// # Errors
 /// [`Error::Plan`] for 0 or too many items or buckets, or a buffer that has fewer words.
 pub fn compact(buffers: &mut Vec<Buffer>, words: BufferId, items: u32, buckets: Buckets) -> Result<Compaction, Error> {
-    check(buffers, words, items, buckets)?;
-    let blocks = items.div_ceil(BLOCK);
-    let params = |[width, height]: [u32; 2]| CompactParams {
-        width,
-        height,
-        items,
-        blocks,
-        buckets: buckets.count,
-        first: buckets.first,
-        shift: buckets.shift,
-        mask: buckets.mask,
-    };
-    let mut maker = Maker { buffers, passes: Vec::new() };
-    let counts = maker.pass(&compact_count::DESC, "counts", &params([blocks, buckets.count]), &[("words", words)])?;
-    let offsets = maker.offsets(counts, blocks * buckets.count)?;
-    let read = [("words", words), ("offsets", offsets)];
-    let indices = maker.pass(&compact_gather::DESC, "indices", &params(grid(items)), &read)?;
+    let mut maker = Maker { buffers, passes: Vec::new(), used: Vec::new(), free: Vec::new() };
+    let Bucketed { indices, offsets, blocks } = maker.compact(words, items, buckets)?;
     Ok(Compaction { passes: maker.passes, indices, offsets, blocks })
 }
 
+/// Bits of a digit of [`sort`].
+const DIGIT_BITS: u32 = 6;
+/// The most digits of a word.
+const MAX_DIGITS: u32 = 4;
+
+/// The passes of a sort, and where they leave their results.
+#[derive(Debug)]
+pub struct Sorting {
+    /// To run in this order after the words were written.
+    pub passes: Vec<Pass>,
+    /// The items by their words; those of equal words in their own order.
+    pub order: BufferId,
+    /// Where in `order` each word begins, from 0 to [`Self::buckets`], which is where the last one ends.
+    pub starts: BufferId,
+    /// The number of words that there can be: a power of 64.
+    pub buckets: u32,
+}
+
+impl Sorting {
+    /// Digits of which a word for so many items should be, so that about as many items have a word as words have an item.
+    pub fn digits_for(items: u32) -> u32 {
+        items.max(2).ilog2().div_ceil(DIGIT_BITS).clamp(1, 3)
+    }
+}
+
+/// Makes the passes that sort the first `items` words of the buffer `words`, which are of that many digits of 6 bits, the least significant digit first, and adds the buffers that they
+/// need.
+///
+/// # Errors
+/// As of [`compact`], and for more than 4 digits, or none.
+pub fn sort(buffers: &mut Vec<Buffer>, words: BufferId, items: u32, digits: u32) -> Result<Sorting, Error> {
+    if !(1..=MAX_DIGITS).contains(&digits) {
+        return Err(Error::Plan { problem: format!("cannot sort by {digits} digits; give 1 to {MAX_DIGITS}") });
+    }
+    let mut maker = Maker { buffers, passes: Vec::new(), used: Vec::new(), free: Vec::new() };
+    let (mut sorted, mut order) = (words, None);
+    for digit in 0..digits {
+        let indices = maker.compact(sorted, items, Buckets::digit(digit * DIGIT_BITS, DIGIT_BITS))?.indices;
+        let moved = maker.taken(sorted, indices, items)?;
+        let by_digit = order.map_or(Ok(indices), |before| maker.taken(before, indices, items))?;
+        (sorted, order) = (moved, Some(by_digit));
+        // what the next digit does not read is written over
+        maker.release(&[sorted, by_digit]);
+    }
+    let buckets = 1 << (DIGIT_BITS * digits);
+    let starts = maker.starts(sorted, items, buckets)?;
+    Ok(Sorting { passes: maker.passes, order: order.unwrap_or(words), starts, buckets })
+}
 fn check(buffers: &[Buffer], words: BufferId, items: u32, Buckets { count, .. }: Buckets) -> Result<(), Error> {
     let problem = if items == 0 || items > MAX_ITEMS {
         format!("cannot compact {items} items; give 1 to {MAX_ITEMS}")
@@ -118,16 +151,78 @@ fn grid(invocations: u32) -> [u32; 2] {
     [width, invocations.div_ceil(width)]
 }
 
-/// Collects passes, each of which writes a new buffer.
+fn scan_params([width, height]: [u32; 2], count: u32) -> ScanParams {
+    ScanParams { width, height, count, reserved: 0 }
+}
+
+/// Where a compaction leaves its results, see [`Compaction`].
+struct Bucketed {
+    indices: BufferId,
+    offsets: BufferId,
+    blocks: u32,
+}
+
+/// Collects passes, each of which writes a buffer that is not in use.
 struct Maker<'a> {
     buffers: &'a mut Vec<Buffer>,
     passes: Vec<Pass>,
+    /// Buffers that were made here and are in use, and those that are no more.
+    used: Vec<BufferId>,
+    free: Vec<BufferId>,
 }
 
 impl Maker<'_> {
     fn buffer(&mut self, name: &'static str, words: u32) -> BufferId {
-        self.buffers.push(Buffer { name, words: words as usize, contents: None });
-        self.buffers.len() - 1
+        let words = words as usize;
+        let fits = |id: &BufferId| self.buffers[*id].name == name && self.buffers[*id].words == words;
+        let id = if let Some(at) = self.free.iter().position(fits) {
+            self.free.swap_remove(at)
+        } else {
+            self.buffers.push(Buffer { name, words, contents: None });
+            self.buffers.len() - 1
+        };
+        self.used.push(id);
+        id
+    }
+
+    /// All buffers but these may be written over.
+    fn release(&mut self, kept: &[BufferId]) {
+        let (used, released) = self.used.drain(..).partition(|id| kept.contains(id));
+        self.used = used;
+        self.free.extend::<Vec<_>>(released);
+    }
+
+    /// The passes of [`compact`].
+    fn compact(&mut self, words: BufferId, items: u32, buckets: Buckets) -> Result<Bucketed, Error> {
+        check(self.buffers, words, items, buckets)?;
+        let blocks = items.div_ceil(BLOCK);
+        let params = |[width, height]: [u32; 2]| CompactParams {
+            width,
+            height,
+            items,
+            blocks,
+            buckets: buckets.count,
+            first: buckets.first,
+            shift: buckets.shift,
+            mask: buckets.mask,
+        };
+        let counts =
+            self.pass(&compact_count::DESC, "counts", &params([blocks, buckets.count]), &[("words", words)])?;
+        let offsets = self.offsets(counts, blocks * buckets.count)?;
+        let read = [("words", words), ("offsets", offsets)];
+        let indices = self.pass(&compact_gather::DESC, "indices", &params(grid(items)), &read)?;
+        Ok(Bucketed { indices, offsets, blocks })
+    }
+
+    /// The values of items in another order.
+    fn taken(&mut self, values: BufferId, indices: BufferId, items: u32) -> Result<BufferId, Error> {
+        let read = [("values", values), ("indices", indices)];
+        self.pass(&compact_take::DESC, "taken", &scan_params(grid(items), items), &read)
+    }
+
+    /// Where each word begins, of so many sorted ones, and where the last one ends.
+    fn starts(&mut self, sorted: BufferId, items: u32, words: u32) -> Result<BufferId, Error> {
+        self.pass(&compact_starts::DESC, "starts", &scan_params(grid(words + 1), items), &[("sorted", sorted)])
     }
 
     /// A pass that reads some buffers; gives the one that it writes, whose role is `made`.
@@ -146,7 +241,7 @@ impl Maker<'_> {
 
     /// The sums before each of `count` values, and the sum of all.
     fn offsets(&mut self, values: BufferId, count: u32) -> Result<BufferId, Error> {
-        let params = |[width, height]: [u32; 2]| ScanParams { width, height, count, reserved: 0 };
+        let params = |grid| scan_params(grid, count);
         let parents = if count < BLOCK {
             // one block, which begins at zero
             self.buffer("zero", 1)

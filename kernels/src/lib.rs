@@ -61,6 +61,7 @@ folders! {
     restir_di,
     restir_pt,
     restir_sss,
+    restir_suffix,
 }
 
 /// The parity cases of kernels that need no technique.

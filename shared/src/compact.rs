@@ -3,8 +3,7 @@
 //! Items have words; [`CompactParams`] says which bucket a word means, if any. The result lists the items that have a
 //! bucket, by bucket and within one in their order. With one bucket that is compaction of flags; with more it is a
 //! stable counting sort. Everything is `u32` arithmetic in a fixed order, and an invocation writes one element of its
-//! own, so results do not depend on device or schedule. It is for techniques that look for their neighbours in a hash grid of points, as a reuse
-//! of path suffixes does; no kernel here needs it yet.
+//! own, so results do not depend on device or schedule. [`restir_suffix`](crate::technique::restir_suffix) sorts the points of a hash grid by it.
 //!
 //! ```text
 //! words[items]                             64 items are a block
@@ -89,7 +88,7 @@ impl Extent for CompactParams {
     }
 }
 
-/// Parameters of [`sum`] and [`scan`].
+/// Parameters of [`sum`], [`scan`], [`take`] and [`start`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ScanParams {
@@ -97,7 +96,7 @@ pub struct ScanParams {
     pub width: u32,
     /// Height of the grid.
     pub height: u32,
-    /// Number of values.
+    /// Number of values; of [`start`], of sorted words.
     pub count: u32,
     /// Zero.
     pub reserved: u32,
@@ -167,6 +166,27 @@ pub fn gather(p: &CompactParams, words: &[u32], offsets: &[u32], rank: u32) -> u
         item = item.wrapping_add(1);
     }
     found
+}
+
+/// The value of the item of the output `rank`; [`NONE`] beyond the last.
+#[inline(always)]
+pub fn take(p: &ScanParams, values: &[u32], indices: &[u32], rank: u32) -> u32 {
+    if rank < p.count { values[indices[rank as usize] as usize] } else { NONE }
+}
+
+/// How many of the sorted words are below `word`: where those begin that are it, or more.
+#[inline(always)]
+pub fn start(p: &ScanParams, sorted: &[u32], word: u32) -> u32 {
+    let (mut low, mut high) = (0_u32, p.count);
+    while low < high {
+        let middle = low.wrapping_add(high.wrapping_sub(low) >> 1);
+        if sorted[middle as usize] < word {
+            low = middle.wrapping_add(1);
+        } else {
+            high = middle;
+        }
+    }
+    low
 }
 
 #[inline(always)]

@@ -62,6 +62,7 @@ techniques! {
     restir_di: DiSettings,
     restir_pt: PtSettings,
     restir_sss: SssSettings,
+    restir_suffix: SuffixSettings,
 }
 
 /// The technique of that name with its default settings.

@@ -13,11 +13,14 @@ kernels! {
     compact_count,
     compact_gather,
     compact_scan,
+    compact_starts,
     compact_sum,
+    compact_take,
 }
 
 /// The parity cases of these kernels.
 #[cfg(feature = "cases")]
 pub(crate) fn cases() -> Vec<crate::Case> {
-    [compact_count::cases(), compact_gather::cases(), compact_scan::cases(), compact_sum::cases()].concat()
+    let of_compaction = [compact_count::cases(), compact_gather::cases(), compact_scan::cases(), compact_sum::cases()];
+    [of_compaction.concat(), compact_starts::cases(), compact_take::cases()].concat()
 }

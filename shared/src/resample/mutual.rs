@@ -241,15 +241,11 @@ pub struct Shares<'a, R> {
     pub returned: &'a [ShiftResult],
 }
 
-impl<R: Record> Shares<'_, R> {
-    /// The integrand of the sample of a request at the pixel of that index.
+impl<R> Shares<'_, R> {
+    /// Whose sample a request of the pixel is for; in a view that stands still its own.
     #[inline(always)]
-    fn value_of(&self, still: bool, request: u32, pixel: u32) -> Vec3 {
-        if still {
-            self.records[pixel as usize].value()
-        } else {
-            Vec3::from_array(self.results[request as usize].value)
-        }
+    fn partner(&self, still: bool, request: u32, pixel: u32) -> u32 {
+        if still { pixel } else { self.requests[request as usize].sample }
     }
 }
 
@@ -278,6 +274,7 @@ pub struct Merged<R> {
 #[inline(always)]
 pub fn merge<R: Record>(params: &ReuseParams, shares: &Shares<'_, R>, own: R, at: [u32; 2]) -> Merged<R> {
     let (crosses, still) = (params.flags.contains(Flags::OTHER_FRAME), params.flags.contains(Flags::STILL));
+    let unshifted = still | params.flags.contains(Flags::KEPT);
     let pixels = params.width * params.height;
     let index = params.grid().index(at);
     let mut combine = Combine::new(params.flags.form(), params.neighbours as f32);
@@ -288,17 +285,17 @@ pub fn merge<R: Record>(params: &ReuseParams, shares: &Shares<'_, R>, own: R, at
     while i <= params.neighbours {
         let n = i.wrapping_sub(1);
         let request = if i == 0 { index } else { n * pixels + index };
-        let partner = if (i == 0) | still { index } else { shares.requests[request as usize].sample };
+        let partner = if i == 0 { index } else { shares.partner(still, request, index) };
         if partner != ShiftRequest::NONE.sample {
             let record = if i == 0 { own } else { shares.records[partner as usize] };
             let at_source = R::target(record.value());
-            let unchanged = (i == 0) | still;
+            let unchanged = (i == 0) | unshifted;
             let here = if unchanged { at_source } else { target(&shares.results[request as usize], &record) };
             let most = if crosses & (i != 0) { params.confidence_cap } else { MAX_CONFIDENCE };
             combine.input(num::min(record.confidence(), most), here * record.contribution_weight());
             combine.target(count, count, at_source);
             if i != 0 {
-                let back = if still {
+                let back = if unshifted {
                     ShiftResult::default()
                 } else if crosses {
                     shares.returned[index as usize]
@@ -324,7 +321,14 @@ pub fn merge<R: Record>(params: &ReuseParams, shares: &Shares<'_, R>, own: R, at
         let weight = combine.weight(i);
         reservoir.update(i, weight, 1.0, u);
         if sums & (weight > 0.0) {
-            let value = if i == 0 { own.value() } else { shares.value_of(still, requests[i as usize], index) };
+            let request = requests[i as usize];
+            let value = if i == 0 {
+                own.value()
+            } else if unshifted {
+                shares.records[shares.partner(still, request, index) as usize].value()
+            } else {
+                Vec3::from_array(shares.results[request as usize].value)
+            };
             sum += value * num::div(weight, R::target(value));
         }
         i += 1;
@@ -333,11 +337,9 @@ pub fn merge<R: Record>(params: &ReuseParams, shares: &Shares<'_, R>, own: R, at
     let request = requests[reservoir.sample as usize];
     let record = if !is_other {
         own
-    } else if still {
-        shares.records[index as usize]
     } else {
-        let partner = shares.requests[request as usize].sample;
-        shares.records[partner as usize].moved(&shares.results[request as usize])
+        let other = shares.records[shares.partner(still, request, index) as usize];
+        if unshifted { other } else { other.moved(&shares.results[request as usize]) }
     };
     let weight = reservoir.contribution_weight(1.0, R::target(record.value()));
     if sums {

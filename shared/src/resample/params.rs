@@ -56,6 +56,9 @@ impl Flags {
     /// A merge of mutual pairs leaves what all samples send together, for shading alone: the integrand of its record is their sum, and its
     /// contribution weight is 1.
     pub const SUMS: Self = Self(1 << 6);
+    /// In a merge with another frame of mutual pairs, samples of requests begin at the same vertex in both frames, and the scene is the same, so that they are
+    /// what they were. As [`Self::STILL`], but requests say who shares.
+    pub const KEPT: Self = Self(1 << 7);
     /// Position of a technique's flags.
     const TECHNIQUE_SHIFT: u32 = 8;
     /// Position of the bits of [`Mis`].
@@ -65,7 +68,13 @@ impl Flags {
     /// be compiled for every pass.
     #[doc(hidden)]
     pub const OF_PASSES: Self = Self(
-        Self::OTHER_FRAME.0 | Self::STILL.0 | Self::CHANGED.0 | Self::BACK.0 | Self::SUMS.0 | (0xff << Self::MIS_SHIFT),
+        Self::OTHER_FRAME.0
+            | Self::STILL.0
+            | Self::CHANGED.0
+            | Self::BACK.0
+            | Self::SUMS.0
+            | Self::KEPT.0
+            | (0xff << Self::MIS_SHIFT),
     );
 
     /// The n-th of a technique's own flags, n from 0 to 15.

@@ -27,3 +27,4 @@ pub mod path;
 pub mod restir_di;
 pub mod restir_pt;
 pub mod restir_sss;
+pub mod restir_suffix;

@@ -189,7 +189,7 @@ impl PtSettings {
     }
 
     /// Where paths are joined, in a scene that has blended surfaces or not.
-    pub(super) fn hybrid(&self, blended: bool) -> Hybrid {
+    pub(in crate::technique) fn hybrid(&self, blended: bool) -> Hybrid {
         let criterion = match self.shift {
             _ if blended => Hybrid::REPLAY,
             Shift::Reconnection => Hybrid::RECONNECTION,

@@ -98,6 +98,16 @@ impl Queue {
         self.extend([Pass::new(kernel, &constants, params, &bound)]);
     }
 
+    /// Adds passes that are the same in every frame.
+    pub(crate) fn push_all(&mut self, passes: &[Pass]) {
+        self.extend(passes.iter().cloned().map(Ok));
+    }
+
+    /// Adds a pass that cannot be made, in whose place is the reason.
+    pub(crate) fn fail(&mut self, reason: &Error) {
+        self.extend([Err(Error::Plan { problem: reason.to_string() })]);
+    }
+
     /// Adds the pass that adds the picture `left` to the picture `right`.
     pub(crate) fn push_sum(&mut self, left: BufferId, right: BufferId) {
         self.extend([film::add(self.size, left, right)]);

@@ -13,12 +13,20 @@ use restir_shared::resample::mutual::{Merged, Record, Shares, ShiftRequest, Shif
 use restir_shared::resample::params::{Flags, LastFrame, ReuseParams};
 use restir_shared::resample::similar::PackedSurface;
 
+/// Elements of the planes of requests and of their results, for each pixel.
+#[derive(Clone, Copy)]
+pub(crate) struct Layers {
+    pub(crate) requests: usize,
+    pub(crate) results: usize,
+}
+
 /// The kernels of a kind of record, and the planes that their passes name.
 pub(crate) struct Mutual {
     shift: &'static KernelDesc,
     merge: &'static KernelDesc,
     origins: Turns,
     surfaces: Turns,
+    results: Option<BufferId>,
     /// Results of requests the other way, with temporal reuse.
     returned: Option<BufferId>,
 }
@@ -29,15 +37,25 @@ impl Mutual {
         planes: &mut Planes,
         reuses: &Reuses,
         neighbours: u32,
+        kernels: [&'static KernelDesc; 2],
+    ) -> Self {
+        // of each neighbour a layer: requests, and their results
+        let layers = if reuses.in_space > 0 { neighbours as usize } else { usize::from(reuses.in_time) };
+        Self::with_layers::<R, O>(planes, reuses, Layers { requests: layers, results: layers }, kernels)
+    }
+
+    /// The same with so many layers.
+    pub(crate) fn with_layers<R, O>(
+        planes: &mut Planes,
+        reuses: &Reuses,
+        layers: Layers,
         [shift, merge]: [&'static KernelDesc; 2],
     ) -> Self {
         let Reuses { in_time, in_space, feedback, .. } = *reuses;
         let pixels = planes.pixels;
-        // of each neighbour a layer: requests, and their results
-        let layers = if in_space > 0 { neighbours as usize } else { usize::from(in_time) };
-        let results = (layers > 0).then(|| {
-            planes.add::<ShiftRequest>("requests", layers * pixels);
-            planes.add::<ShiftResult>("results", layers * pixels)
+        let results = (layers.results > 0).then(|| {
+            planes.add::<ShiftRequest>("requests", layers.requests * pixels);
+            planes.add::<ShiftResult>("results", layers.results * pixels)
         });
         let origins = planes.add_turns::<O>("origins", in_time);
         let surfaces = planes.add_turns::<PackedSurface>("surfaces", in_time);
@@ -50,7 +68,17 @@ impl Mutual {
         {
             planes.bind("returned", results);
         }
-        Self { shift, merge, origins, surfaces, returned }
+        Self { shift, merge, origins, surfaces, results, returned }
+    }
+
+    /// The planes of origins.
+    pub(crate) fn origins(&self) -> Turns {
+        self.origins.clone()
+    }
+
+    /// The plane of results, if there is one.
+    pub(crate) fn results(&self) -> Option<BufferId> {
+        self.results
     }
 
     /// Merges the last frame's records into those in work. `elsewhere` pushes what has to be done to the records of a plane before they are
@@ -62,19 +90,45 @@ impl Mutual {
         params: &P,
         elsewhere: impl Fn(&mut Queue, &P, BufferId) -> BufferId,
     ) {
-        let (work, mut history) = (queue.work(), queue.history());
-        if !params.flags.contains(Flags::STILL)
-            && let Some(returned) = self.returned
-        {
-            let [origins, surfaces] = [&self.origins, &self.surfaces].map(|planes| planes.before(now.index));
-            queue.push(now, &reuse_reproject::DESC, &**params, &[("other_surfaces", surfaces)]);
-            let back = changed(params, |reuse| ReuseParams { flags: reuse.flags | Flags::BACK, ..*reuse });
-            let own = elsewhere(queue, &back, work);
-            queue.push(now, self.shift, &back, &[("reservoirs", own), ("origins", origins), ("results", returned)]);
-            history = elsewhere(queue, params, history);
-            queue.push(now, self.shift, params, &[("reservoirs", history)]);
+        if !params.flags.contains(Flags::STILL) {
+            self.reproject(queue, now, params, &[]);
+            self.exchange(queue, now, params, elsewhere);
         }
-        queue.push(now, self.merge, params, &[("reservoirs", history), ("merged", work)]);
+        self.merge_in_time(queue, now, params);
+    }
+
+    /// Asks for records of the last frame: of where pixels' surfaces were seen.
+    pub(crate) fn reproject<P: PassParams>(
+        &self,
+        queue: &mut Queue,
+        now: &Frame,
+        params: &P,
+        planes: &[(&'static str, BufferId)],
+    ) {
+        let before = ("other_surfaces", self.surfaces.before(now.index));
+        queue.push(now, &reuse_reproject::DESC, &**params, &[&[before], planes].concat());
+    }
+
+    /// Shifts records between the last frame and this one, both ways, as was asked. See [`Self::in_time`].
+    pub(crate) fn exchange<P: PassParams>(
+        &self,
+        queue: &mut Queue,
+        now: &Frame,
+        params: &P,
+        elsewhere: impl Fn(&mut Queue, &P, BufferId) -> BufferId,
+    ) {
+        let Some(returned) = self.returned else { return };
+        let back = changed(params, |reuse| ReuseParams { flags: reuse.flags | Flags::BACK, ..*reuse });
+        let own = elsewhere(queue, &back, queue.work());
+        let origins = self.origins.before(now.index);
+        queue.push(now, self.shift, &back, &[("reservoirs", own), ("origins", origins), ("results", returned)]);
+        let history = elsewhere(queue, params, queue.history());
+        queue.push(now, self.shift, params, &[("reservoirs", history)]);
+    }
+
+    /// Merges what was shifted into the records in work.
+    pub(crate) fn merge_in_time<P: PassParams>(&self, queue: &mut Queue, now: &Frame, params: &P) {
+        queue.push(now, self.merge, params, &[("reservoirs", queue.history()), ("merged", queue.work())]);
     }
 
     /// Merges the records of neighbours into the plane `merged` by the shifts of the spatial pass of that number, which was the last one.
@@ -96,10 +150,15 @@ impl Mutual {
         merged: BufferId,
     ) {
         let params = changed(params, |reuse| reuse.with_neighbours(pass));
-        let (layers, records) = (changed(&params, |reuse| reuse.with_layers()), ("reservoirs", queue.work()));
-        queue.push(now, &reuse_pair::DESC, &*layers, &[]);
+        queue.push(now, &reuse_pair::DESC, &params.with_layers(), &[]);
+        self.share(queue, now, &params, merged);
+    }
+
+    /// Merges the records that were asked for, in a layer for each neighbour, into the plane `merged`.
+    pub(crate) fn share<P: PassParams>(&self, queue: &mut Queue, now: &Frame, params: &P, merged: BufferId) {
+        let (layers, records) = (changed(params, |reuse| reuse.with_layers()), ("reservoirs", queue.work()));
         queue.push(now, self.shift, &layers, &[records]);
-        queue.push(now, self.merge, &params, &[records, ("merged", merged)]);
+        queue.push(now, self.merge, params, &[records, ("merged", merged)]);
     }
 }
 

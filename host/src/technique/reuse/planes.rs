@@ -43,6 +43,11 @@ impl Planes {
         self.records = (0..count).map(|_| self.push::<T>(name, self.pixels)).collect();
     }
 
+    /// Lets `add` add buffers that no role is for.
+    pub(crate) fn with_buffers<T>(&mut self, add: impl FnOnce(&mut Vec<Buffer>) -> T) -> T {
+        add(&mut self.buffers)
+    }
+
     /// Gives the buffer of that name, which is one of the technique within, its name as role.
     pub(crate) fn bind_within(&mut self, name: &'static str) {
         if let Some(buffer) = self.buffers.iter().position(|buffer| buffer.name == name) {

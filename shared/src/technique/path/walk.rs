@@ -111,10 +111,16 @@ pub trait Receiver<M: Scattering = Material> {
     /// Takes a contribution of any kind.
     fn add(&mut self, value: Vec3);
 
+    /// Where the path's first segment ends, if that is known; a miss if it is to be traced.
+    #[inline(always)]
+    fn begins_at(&self) -> Hit {
+        Hit::MISS
+    }
+
     /// The vertex at the end of the next segment, which has met the scene at `hit`. Receivers whose paths share their first vertex may
     /// choose a point close by.
     #[inline(always)]
-    fn place<S: Surface<Material = M>>(&self, scene: &S, walk: &Walk, hit: Hit) -> Hit {
+    fn place<S: Surface<Material = M>>(&mut self, scene: &S, walk: &Walk, hit: Hit) -> Hit {
         let _ = (scene, walk);
         hit
     }
@@ -130,6 +136,19 @@ pub trait Receiver<M: Scattering = Material> {
     fn emission(&mut self, radiance: Vec3, weight: f32, value: Vec3) {
         let _ = (radiance, weight);
         self.add(value);
+    }
+
+    /// Whether the path ends at this vertex, before it scatters.
+    #[inline(always)]
+    fn ends(&mut self, walk: &Walk, vertex: &Vertex<M::Bsdf>) -> bool {
+        let _ = (walk, vertex);
+        false
+    }
+
+    /// Whether lights are to be sampled.
+    #[inline(always)]
+    fn samples_lights(&self) -> bool {
+        true
     }
 
     /// The path goes on from the point, or tries to.
@@ -212,7 +231,8 @@ impl Walk {
         let mut cut = false;
         let mut alive = self.depth < max_depth;
         while alive {
-            let hit = scene.closest(&self.ray);
+            let known = if self.depth == 0 { receiver.begins_at() } else { Hit::MISS };
+            let hit = if known.is_hit() { known } else { scene.closest(&self.ray) };
             alive = hit.is_hit();
             cut = hit.is_cut();
             if alive {
@@ -277,8 +297,12 @@ impl Walk {
     ) -> bool {
         let numbers = Numbers::at(rng, self.depth);
         let vertex = Vertex::new(point, &self.ray, scene.features());
+        if receiver.ends(self, &vertex) {
+            return false;
+        }
         let [light, scatter] = numbers.both();
-        let light = self.connect(scene, &vertex, light, |_| true, receiver);
+        let sampled = receiver.samples_lights();
+        let light = self.connect(scene, &vertex, light, |_| sampled, receiver);
         let departure = self.bounce(scene.features(), &vertex, scatter, roulette, || numbers.roulette());
         light.arrive(scene, receiver);
         receiver.depart(&departure);

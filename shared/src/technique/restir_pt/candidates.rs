@@ -58,7 +58,7 @@ pub trait Keep {
 pub struct Candidates<K> {
     /// Takes them.
     pub keep: K,
-    /// Where the path begins.
+    /// Where the path begins; before it does, what is known of that.
     pub origin: PathOrigin,
     /// The surface there.
     pub surface: PackedSurface,
@@ -88,12 +88,13 @@ pub struct Candidates<K> {
 
 impl<K> Candidates<K> {
     /// The candidates of a path with these random numbers and thresholds, in a scene of these features. `off_edges` asks for paths that begin
-    /// beside edges ([`Surface::off_edges`]): rays through the same point of every pixel may be made to meet them.
+    /// beside edges ([`Surface::off_edges`]): rays through the same point of every pixel may be made to meet them. Paths begin at `origin`, if there is one,
+    /// else where their first ray ends.
     #[inline(always)]
-    pub fn new(keep: K, features: u32, key: UVec2, joins: Joins, off_edges: bool) -> Self {
+    pub fn new(keep: K, features: u32, key: UVec2, joins: Joins, off_edges: bool, origin: PathOrigin) -> Self {
         Self {
             keep,
-            origin: PathOrigin::NONE,
+            origin,
             surface: PackedSurface::NONE,
             features,
             joins,
@@ -152,10 +153,15 @@ impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
         self.keep.direct(value);
     }
 
+    #[inline(always)]
+    fn begins_at(&self) -> Hit {
+        self.origin.hit.unpack()
+    }
+
     /// Many rays go from the first vertex: those that are traced, and those by which paths of other pixels are joined to it. Both have
     /// to find the same, which on an edge they do not.
     #[inline(always)]
-    fn place<S: Surface<Material = M>>(&self, scene: &S, walk: &Walk, hit: Hit) -> Hit {
+    fn place<S: Surface<Material = M>>(&mut self, scene: &S, walk: &Walk, hit: Hit) -> Hit {
         if self.off_edges & (walk.depth == 0) { scene.off_edges(&hit) } else { hit }
     }
 
@@ -168,10 +174,10 @@ impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
         self.solid = (self.features & FEATURE_VOLUME == 0) | (cos <= 0.0);
         self.beyond = through_interior(self.beyond, point, &walk.ray, hit.t, self.features);
         if self.vertex == 1 {
-            self.origin = PathOrigin::new(&walk.ray, hit);
+            self.origin = if self.origin.segments() == 0 { PathOrigin::new(&walk.ray, hit) } else { self.origin };
             let (position, normal) = (point.position, point.normal);
             self.surface = PackedSurface::pack(&GBufferSurface { position, normal, distance: hit.t });
-            self.joins = self.joins.at_origin(hit.t, self.cos);
+            self.joins = self.joins.at_origin(self.origin.reach(), self.cos);
         }
     }
 

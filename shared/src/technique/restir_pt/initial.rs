@@ -5,6 +5,7 @@ use super::record::{PackedPath, Stored};
 use super::{PathNumbers, PtParams, SELECTIONS};
 use crate::camera::camera_ray;
 use crate::film::CUT;
+use crate::geometry::Ray;
 use crate::layout::FilmPixel;
 use crate::resample::params::Flags;
 use crate::resample::reservoir::Reservoir;
@@ -67,6 +68,29 @@ pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams,
     let numbers = PathNumbers::new(params.rng(at));
     let jitter = params.has(Flags::JITTER);
     let ray = camera_ray(&params.camera, jitter, |u| u, scene.features(), numbers.rng(), x, y);
+    traced(scene, params, &numbers, ray, PathOrigin::NONE)
+}
+
+/// Traces a path on from an `origin`, which is one: a suffix of the paths that lead there.
+#[inline(always)]
+pub fn trace_from<S: Trace + Surface + AddressedLights>(
+    scene: &S,
+    params: &PtParams,
+    numbers: &PathNumbers,
+    origin: &PathOrigin,
+) -> PackedPath {
+    traced(scene, params, numbers, origin.ray(), *origin).path
+}
+
+/// Traces a path that begins at the `origin`, if there is one, or else at the end of the ray.
+#[inline(always)]
+fn traced<S: Trace + Surface + AddressedLights>(
+    scene: &S,
+    params: &PtParams,
+    numbers: &PathNumbers,
+    ray: Ray,
+    origin: PathOrigin,
+) -> Traced {
     let keep = Selection {
         rng: *numbers.rng(),
         count: 0,
@@ -75,13 +99,17 @@ pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams,
         value: Vec3::ZERO,
         direct: Vec3::ZERO,
     };
-    let mut candidates = Candidates::new(keep, scene.features(), numbers.key(), params.joins(&numbers), !jitter);
-    let whole = Walk::new(ray).run(scene, numbers.rng(), params.max_depth, false, &mut candidates);
+    let off_edges = !params.has(Flags::JITTER) & (origin.segments() == 0);
+    let joins = params.joins(numbers);
+    let mut candidates = Candidates::new(keep, scene.features(), numbers.key(), joins, off_edges, origin);
+    // the segment that leads to the origin is the first of those that are left
+    let before = if origin.segments() == 0 { 0 } else { origin.segments() - 1 };
+    let whole = Walk::new(ray).run(scene, numbers.rng(), params.max_depth - before, false, &mut candidates);
     let Selection { reservoir, value, direct, .. } = candidates.keep;
     let weight = reservoir.contribution_weight(1.0, luminance(value));
     let found = whole & (weight > 0.0);
     let stored = Stored {
-        path: if found { reservoir.sample.path(scene, &numbers) } else { Path::NONE },
+        path: if found { reservoir.sample.path(scene, numbers) } else { Path::NONE },
         value,
         contribution_weight: if found { weight } else { 0.0 },
         confidence: 1.0,

@@ -70,7 +70,7 @@ mod shift;
 // steps of passes
 #[doc(hidden)]
 pub use candidates::{Candidate, Candidates, Keep};
-pub use initial::{Traced, trace};
+pub use initial::{Traced, trace, trace_from};
 pub use params::PtParams;
 pub use recall::recall;
 pub use record::PackedPath;

@@ -3,7 +3,7 @@
 use super::recall::carry;
 use super::{PackedPath, PathNumbers, PtParams};
 use crate::num;
-use crate::resample::mutual::{Shift, Shifted};
+use crate::resample::mutual::{Cause, Shift, Shifted};
 use crate::resample::params::Flags;
 use crate::scene::Frames;
 use crate::shift::{self, KeptPath, Path, PathOrigin};
@@ -59,7 +59,10 @@ impl<F: Frames> Shift<F> for PackedPath {
     fn shifted(&self, frames: &F, params: &PtParams, origin: &PathOrigin) -> Shifted {
         let (back, changed) = (params.has(Flags::BACK), params.has(Flags::CHANGED));
         let kept = Carried { packed: self, frames, params };
-        let (Path { key, .. }, extent) = kept.course_and_extent();
+        let (Path { key, length, .. }, extent) = kept.course_and_extent();
+        if origin.segments() + length > params.max_depth + 1 {
+            return Shifted::failed(Cause::Unshiftable);
+        }
         let numbers = PathNumbers::of_key(key, params.seed, params.flags.sampler());
         let shifted = shift::shift(&frames.scene(back), &numbers, &params.hybrid, origin, &kept, changed);
         Shifted { term: num::flush(shifted.term * extent), ..shifted }

@@ -1,0 +1,228 @@
+//! The passes of suffix ReSTIR.
+
+use super::{Canonical, SuffixSettings};
+use crate::Error;
+use crate::compact::{Sorting, sort};
+use crate::plan::BufferId;
+use crate::technique::Technique;
+use crate::technique::reuse::Specialises;
+use crate::technique::reuse::chain::{Chain, Passes, Queue, Reuses, of_frame};
+use crate::technique::reuse::mutual::{Layers, Mutual, with_last};
+use crate::technique::reuse::planes::{Planes, Turns};
+use crate::technique::sequence::{Frame, Stage};
+use restir_kernels::restir_pt as pt;
+use restir_kernels::restir_suffix as suffix;
+use restir_shared::layout::{CameraParams, FEATURE_BLEND};
+use restir_shared::resample::mis::Mis;
+use restir_shared::resample::mutual::ShiftResult;
+use restir_shared::resample::params::{Flags, ReuseParams};
+use restir_shared::shift::PathOrigin;
+use restir_shared::technique::restir_pt::{PackedPath, PtParams};
+use restir_shared::technique::restir_suffix::{Asks, Nearest, PrefixPoint, SuffixParams, Throughput};
+
+impl Specialises for SuffixParams {
+    fn settings(&self) -> u32 {
+        self.path.settings()
+    }
+}
+
+/// The chain of frames. Its planes are those that the settings need.
+pub(super) fn chain(settings: &SuffixSettings, stage: &Stage) -> Chain<SuffixPasses> {
+    let history = settings.temporal && stage.goes_on;
+    let reuses = Reuses { in_time: history, in_space: settings.spatial, feedback: settings.feedback, shadings: 1 };
+    let mut planes = Planes::new(stage, None);
+    let borrowed = settings.borrowed as usize;
+    let crossings = if borrowed > 1 { borrowed * borrowed } else { 0 };
+    let layers = Layers { requests: crossings.max(1), results: borrowed };
+    let kernels = [&pt::pt_shift::DESC, &pt::pt_merge::DESC];
+    let mutual = Mutual::with_layers::<PackedPath, PathOrigin>(&mut planes, &reuses, layers, kernels);
+    let pixels = planes.pixels;
+    let seen = planes.add::<PathOrigin>("seen", pixels);
+    let ends = planes.add::<PathOrigin>("ends", pixels);
+    planes.add::<Throughput>("throughputs", pixels);
+    planes.add::<Nearest>("nearest", pixels);
+    let canonical = planes.add::<PackedPath>("canonical", pixels);
+    let crossed = (crossings > 0).then(|| planes.add::<ShiftResult>("crossed", crossings * pixels));
+    if let Some(results) = mutual.results().filter(|_| crossed.is_none()) {
+        planes.bind("crossed", results);
+    }
+    planes.add::<PrefixPoint>("points", pixels);
+    let words = planes.add::<u32>("words", pixels);
+    let grid = sorted(&mut planes, words);
+    let mut of_all = settings.params(stage);
+    of_all.buckets = grid.as_ref().map_or(0, |grid| grid.buckets);
+    let passes = SuffixPasses { settings: settings.clone(), of_all, origins: mutual.origins(), mutual, seen, ends, canonical, crossed, grid };
+    Chain::new(stage, settings.integral(), reuses, planes, passes)
+}
+
+/// The sort of all pixels by these words, whose results have roles.
+fn sorted(planes: &mut Planes, words: BufferId) -> Result<Sorting, Error> {
+    let items = u32::try_from(planes.pixels).unwrap_or(u32::MAX);
+    let grid = planes.with_buffers(|buffers| sort(buffers, words, items, Sorting::digits_for(items)))?;
+    planes.bind("order", grid.order);
+    planes.bind("starts", grid.starts);
+    Ok(grid)
+}
+
+/// The passes, and the planes that they name.
+pub(super) struct SuffixPasses {
+    settings: SuffixSettings,
+    of_all: SuffixParams,
+    mutual: Mutual,
+    /// The ends of supporting prefixes.
+    origins: Turns,
+    /// What pixels see.
+    seen: BufferId,
+    /// The ends of integration prefixes.
+    ends: BufferId,
+    /// The suffixes of these.
+    canonical: BufferId,
+    /// What borrowed suffixes are to the other lenders, if there are any.
+    crossed: Option<BufferId>,
+    /// The sort of supporting prefixes by their buckets.
+    grid: Result<Sorting, Error>,
+}
+
+impl Passes for SuffixPasses {
+    fn initial(&self, queue: &mut Queue, now: &Frame) {
+        let params = self.params(now);
+        queue.push(now, &suffix::suffix_support::DESC, &params, &[]);
+        if let Some(last) = queue.last(now) {
+            self.keep(queue, now, last);
+        }
+        queue.push(now, &suffix::suffix_trace::DESC, &params.path, &[("reservoirs", queue.work())]);
+        queue.push(now, &suffix::suffix_point::DESC, &params, &[]);
+        match &self.grid {
+            Ok(grid) => queue.push_all(&grid.passes),
+            Err(error) => queue.fail(error),
+        }
+    }
+
+    fn reuse_in_time(&self, queue: &mut Queue, now: &Frame, last: CameraParams) {
+        let mut params = with_last(&self.params(now).path, now, last, false);
+        if now.same_scene {
+            // suffixes of one vertex: both pixels find the same
+            params.flags = params.flags.with_form(Mis::CONSTANT) | Flags::KEPT;
+        } else {
+            self.mutual.exchange(queue, now, &params, |queue, params, paths| {
+                if !params.flags.contains(Flags::BACK) {
+                    queue.push(now, &pt::pt_recall::DESC, params, &[("reservoirs", paths)]);
+                }
+                paths
+            });
+        }
+        self.mutual.merge_in_time(queue, now, &params);
+    }
+
+    fn reuse_in_space(&self, queue: &mut Queue, now: &Frame, pass: u32, merged: BufferId) {
+        let mut params = self.params(now);
+        params.path = params.path.with_neighbours(pass);
+        queue.push(now, &suffix::suffix_pair::DESC, &params, &[]);
+        self.mutual.share(queue, now, &params.path, merged);
+    }
+
+    fn shade(&self, queue: &mut Queue, now: &Frame) {
+        if now.adds {
+            let suffixes = queue.work();
+            queue.shade(|queue, film| {
+                for prefix in 0..self.settings.prefixes {
+                    let params = SuffixParams { prefix, ..self.params(now) };
+                    self.integrate(queue, now, &params, suffixes, film);
+                }
+            });
+        }
+    }
+}
+
+impl SuffixPasses {
+    /// Puts supporting prefixes of the last frame in the place of new ones.
+    fn keep(&self, queue: &mut Queue, now: &Frame, last: CameraParams) {
+        let mut params = self.params(now);
+        params.path = with_last(&params.path, now, last, !self.settings.jitter);
+        if !params.flags.contains(Flags::STILL) {
+            self.mutual.reproject(queue, now, &params.path, &[("origins", self.seen)]);
+        }
+        let before = ("other_origins", self.origins.before(now.index));
+        queue.push(now, &suffix::suffix_keep::DESC, &params, &[before]);
+    }
+
+    /// Adds what one integration prefix of each pixel finds, and what is borrowed at its end, to the picture.
+    fn integrate(&self, queue: &mut Queue, now: &Frame, params: &SuffixParams, suffixes: BufferId, film: BufferId) {
+        let (film, lent) = (("film", film), ("reservoirs", suffixes));
+        queue.push(now, &suffix::suffix_prefix::DESC, params, &[film]);
+        queue.push(now, &suffix::suffix_find::DESC, params, &[]);
+        self.ask(queue, now, params, Asks::BORROWED);
+        self.shift(queue, now, params, &params.path, Asks::BORROWED, &[lent, ("origins", self.ends)]);
+        if let Some(crossed) = self.crossed {
+            self.ask(queue, now, params, Asks::CROSSED);
+            self.shift(queue, now, params, &params.path, Asks::CROSSED, &[lent, ("results", crossed)]);
+        }
+        queue.push(now, &suffix::suffix_gather::DESC, params, &[lent, film]);
+        if params.prefix == 0 || self.settings.canonical == Canonical::Each {
+            let (of_canonical, canonical) = (params.canonical(), ("reservoirs", self.canonical));
+            queue.push(now, &suffix::suffix_trace::DESC, &of_canonical, &[canonical, ("origins", self.ends)]);
+            self.ask(queue, now, params, Asks::CANONICAL);
+            self.shift(queue, now, params, &of_canonical, Asks::CANONICAL, &[canonical]);
+            queue.push(now, &suffix::suffix_canonical::DESC, params, &[lent, film]);
+        }
+    }
+
+    /// Asks for the shifts of one kind.
+    fn ask(&self, queue: &mut Queue, now: &Frame, params: &SuffixParams, asks: Asks) {
+        let mut params = SuffixParams { asks, ..*params };
+        params.layers = asks.layers(params.borrowed);
+        queue.push(now, &suffix::suffix_ask::DESC, &params, &[]);
+    }
+
+    /// Makes the shifts that were asked for.
+    fn shift(
+        &self,
+        queue: &mut Queue,
+        now: &Frame,
+        params: &SuffixParams,
+        of: &PtParams,
+        asks: Asks,
+        planes: &[(&'static str, BufferId)],
+    ) {
+        let mut shifts = *of;
+        shifts.layers = asks.layers(params.borrowed);
+        queue.push(now, &pt::pt_shift::DESC, &shifts, planes);
+    }
+
+    /// Of passes that see one frame.
+    fn params(&self, now: &Frame) -> SuffixParams {
+        let hybrid = self.settings.hybrid(now.features & FEATURE_BLEND != 0);
+        let path = PtParams { hybrid, ..of_frame(&self.of_all.path, now) };
+        SuffixParams { path, ..self.of_all }
+    }
+}
+
+impl SuffixSettings {
+    /// Of passes that see one frame, whichever it is, but for where suffixes are joined, and for the grid.
+    fn params(&self, stage: &Stage) -> SuffixParams {
+        let [width, height] = stage.size;
+        let reuse = ReuseParams {
+            width,
+            height,
+            seed: stage.seed,
+            flags: self.flags().with_form(Mis::PAIRWISE),
+            neighbours: 1,
+            max_plane_distance: self.max_plane_distance,
+            min_normal_cos: self.min_normal_cos,
+            layers: 1,
+            confidence_cap: self.confidence_cap as f32,
+            ..ReuseParams::default()
+        };
+        let is_one = self.canonical == Canonical::One;
+        SuffixParams {
+            path: PtParams { reuse, max_depth: self.max_depth, ..PtParams::default() },
+            ends: self.end_rule(),
+            prefixes: self.prefixes,
+            borrowed: self.borrowed,
+            radius: self.radius,
+            kept_for: self.kept_for as f32,
+            canonical_share: if is_one { 1.0 } else { 1.0 / self.prefixes as f32 },
+            ..SuffixParams::default()
+        }
+    }
+}

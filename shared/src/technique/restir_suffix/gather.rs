@@ -1,0 +1,177 @@
+//! The final gather: the suffixes of other pixels, at the end of a pixel's own prefix (Kettunen et al. 2023, eq. 22 and 23).
+
+use super::{Nearest, SuffixParams};
+use crate::layout::FilmPixel;
+use crate::num;
+use crate::resample::mutual::{Record, ShiftRequest, ShiftResult};
+use crate::technique::restir_pt::PackedPath;
+use crate::vec::luminance;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// What a pixel's integration prefix is worth up to its end, in 16 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Throughput {
+    /// See [`Prefix::throughput`](super::Prefix::throughput).
+    pub throughput: [f32; 3],
+    /// Zero.
+    pub reserved: u32,
+}
+
+impl Throughput {
+    /// For its place in a plane.
+    #[inline(always)]
+    pub fn new(throughput: Vec3) -> Self {
+        Self { throughput: throughput.to_array(), reserved: 0 }
+    }
+
+    /// A pixel with more light, which arrives by way of the prefix.
+    #[inline(always)]
+    pub fn add(&self, pixel: FilmPixel, light: Vec3) -> FilmPixel {
+        more(pixel, FilmPixel::from_radiance(Vec3::from_array(self.throughput) * light))
+    }
+}
+
+/// Which shifts a pass asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct Asks(u32);
+
+impl Asks {
+    /// Of each borrowed suffix to the integration prefix: a layer for each.
+    pub const BORROWED: Self = Self(0);
+    /// Of each borrowed suffix to the supporting prefixes of the others: of the n-th one the layers from n k on.
+    pub const CROSSED: Self = Self(1);
+    /// Of the canonical suffix to each supporting prefix: a layer for each.
+    pub const CANONICAL: Self = Self(2);
+
+    /// How many layers there are.
+    #[must_use]
+    pub fn layers(self, borrowed: u32) -> u32 {
+        if self == Self::CROSSED { borrowed * borrowed } else { borrowed }
+    }
+}
+
+/// The request of the element (x, row) of a grid with the layers of [`Asks`], of which `nearest` are the pixel's neighbours.
+#[inline(always)]
+pub fn ask(params: &SuffixParams, nearest: &[Nearest], [x, row]: [u32; 2]) -> ShiftRequest {
+    let (layer, y) = (row / params.height, row % params.height);
+    let pixel = params.grid().index([x, y]);
+    let pixels = nearest[pixel as usize].pixels;
+    let asks = params.asks;
+    let (from, to) =
+        if asks.0 == Asks::CROSSED.0 { (layer / params.borrowed, layer % params.borrowed) } else { (layer, layer) };
+    let (lender, other) = (pixels[from as usize], pixels[to as usize]);
+    let exists = (lender != u32::MAX) & (other != u32::MAX) & ((asks.0 != Asks::CROSSED.0) | (from != to));
+    if !exists {
+        ShiftRequest::NONE
+    } else if asks.0 == Asks::BORROWED.0 {
+        ShiftRequest { sample: lender, pixel }
+    } else if asks.0 == Asks::CROSSED.0 {
+        ShiftRequest { sample: lender, pixel: other }
+    } else {
+        ShiftRequest { sample: pixel, pixel: other }
+    }
+}
+
+/// What a gather reads.
+#[derive(Clone, Copy, Debug)]
+pub struct Lent<'a> {
+    /// The suffixes of all pixels.
+    pub records: &'a [PackedPath],
+    /// Whose suffixes each pixel borrows.
+    pub nearest: &'a [Nearest],
+    /// What became of requests for [`Asks::BORROWED`]; of the canonical suffix for [`Asks::CANONICAL`].
+    pub results: &'a [ShiftResult],
+}
+
+impl Lent<'_> {
+    /// The confidence in the n-th lender's suffix: 0 if there is no such lender.
+    #[inline(always)]
+    fn confidence(&self, params: &SuffixParams, pixel: u32, n: u32) -> f32 {
+        let lender = self.nearest[pixel as usize].pixels[n as usize];
+        if lender == u32::MAX {
+            0.0
+        } else {
+            num::min(self.records[lender as usize].confidence(), params.confidence_cap)
+        }
+    }
+
+    /// What the suffixes that a pixel borrows send along its prefix, each by its weight: eq. 22, with the balance heuristic by confidences, of which the canonical
+    /// suffix has 1, whether or not it was traced. `crossed` is what became of requests for [`Asks::CROSSED`].
+    #[inline(always)]
+    pub fn borrowed(&self, params: &SuffixParams, crossed: &[ShiftResult], pixel: u32) -> Vec3 {
+        let pixels = params.width * params.height;
+        let mut sum = Vec3::ZERO;
+        let mut n = 0;
+        while n < params.borrowed {
+            let confidence = self.confidence(params, pixel, n);
+            let result = self.results[(n * pixels + pixel) as usize];
+            if (confidence > 0.0) & (result.partial_jacobian > 0.0) {
+                let lender = self.nearest[pixel as usize].pixels[n as usize];
+                let record = self.records[lender as usize];
+                let jacobian = num::div(result.partial_jacobian, record.partial_jacobian());
+                let value = Vec3::from_array(result.value);
+                let own = confidence * luminance(record.value());
+                let mut all = own + luminance(value) * jacobian;
+                let mut other = 0;
+                while other < params.borrowed {
+                    if other != n {
+                        let there = crossed[((n * params.borrowed + other) * pixels + pixel) as usize];
+                        all += self.confidence(params, pixel, other) * target(&there, &record);
+                    }
+                    other += 1;
+                }
+                let weight = jacobian * record.contribution_weight();
+                let share = if all > 0.0 { num::div(own, all) } else { 0.0 };
+                sum += value * (weight * share);
+            }
+            n += 1;
+        }
+        sum * num::recip(params.prefixes as f32)
+    }
+
+    /// What the canonical suffix sends along a pixel's prefix, by its weight.
+    #[inline(always)]
+    pub fn canonical(&self, params: &SuffixParams, canonical: &PackedPath, pixel: u32) -> Vec3 {
+        let pixels = params.width * params.height;
+        let own = luminance(canonical.value());
+        let mut all = own;
+        let mut n = 0;
+        while n < params.borrowed {
+            let confidence = self.confidence(params, pixel, n);
+            if confidence > 0.0 {
+                all += confidence * target(&self.results[(n * pixels + pixel) as usize], canonical);
+            }
+            n += 1;
+        }
+        let share = if all > 0.0 { num::div(own, all) } else { 0.0 };
+        canonical.value() * (canonical.contribution_weight() * share * params.canonical_share)
+    }
+}
+
+/// The target of a suffix where it was shifted to, in the measure of where it comes from.
+#[inline(always)]
+fn target(shifted: &ShiftResult, record: &PackedPath) -> f32 {
+    let ShiftResult { value, partial_jacobian } = *shifted;
+    let jacobian = if partial_jacobian > 0.0 { num::div(partial_jacobian, record.partial_jacobian()) } else { 0.0 };
+    luminance(Vec3::from_array(value)) * jacobian
+}
+
+/// The picture with the light that the integration prefix of this pass has found: the first one begins it.
+#[inline(always)]
+pub fn begin(params: &SuffixParams, film: FilmPixel, light: FilmPixel) -> FilmPixel {
+    let share = num::recip(params.prefixes as f32);
+    let light = FilmPixel { sum: (Vec3::from_array(light.sum) * share).to_array(), ..light };
+    if params.prefix == 0 { light } else { more(film, light) }
+}
+
+/// The sum of two pixels, of one sample.
+#[inline(always)]
+fn more(pixel: FilmPixel, light: FilmPixel) -> FilmPixel {
+    let sum = Vec3::from_array(pixel.sum) + Vec3::from_array(light.sum);
+    FilmPixel { sum: sum.to_array(), dropped: num::min(pixel.dropped + light.dropped, 1.0) }
+}
+
+const _: () = assert!(size_of::<Throughput>() == 16);

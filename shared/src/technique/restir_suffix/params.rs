@@ -1,0 +1,96 @@
+//! Parameters of the kernels of suffix ReSTIR.
+
+use super::{Asks, EndRule};
+use crate::layout::Extent;
+use crate::rng::Rng;
+use crate::technique::restir_pt::PtParams;
+use bytemuck::{Pod, Zeroable};
+use core::ops::{Deref, DerefMut};
+
+/// Parameters of a pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SuffixParams {
+    /// Those of the passes that trace and shift suffixes.
+    pub path: PtParams,
+    /// Where prefixes end.
+    pub ends: EndRule,
+    /// Integration prefixes of a pixel.
+    pub prefixes: u32,
+    /// Which of them this pass is about.
+    pub prefix: u32,
+    /// Suffixes that an integration prefix borrows.
+    pub borrowed: u32,
+    /// Supporting prefixes are looked for within so many pixels' footprints around the end of an integration prefix.
+    pub radius: f32,
+    /// Frames for which a supporting prefix is kept in the mean; with 1 or less none is.
+    pub kept_for: f32,
+    /// Buckets of the grid of prefixes, a power of two.
+    pub buckets: u32,
+    /// Which shifts a pass asks for.
+    pub asks: Asks,
+    /// What a canonical suffix counts: 1 where one of a pixel's prefixes has one, as it stands for all of them, and `1 / prefixes` where each has.
+    pub canonical_share: f32,
+}
+
+impl Deref for SuffixParams {
+    type Target = PtParams;
+
+    #[inline(always)]
+    fn deref(&self) -> &PtParams {
+        &self.path
+    }
+}
+
+impl DerefMut for SuffixParams {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut PtParams {
+        &mut self.path
+    }
+}
+
+impl Extent for SuffixParams {
+    fn extent(&self) -> [u32; 2] {
+        self.path.extent()
+    }
+}
+
+/// Seeds differ by these, so that what is drawn is independent.
+const SUPPORTING: u32 = 0x5350_0000;
+const INTEGRATION: u32 = 0x4950_0000;
+const CANONICAL: u32 = 0x4353_0000;
+
+impl SuffixParams {
+    /// The random numbers of a pixel's supporting prefix.
+    #[inline(always)]
+    pub fn supporting(&self, [x, y]: [u32; 2]) -> Rng {
+        Rng::new(x, y, self.frame, self.seed ^ SUPPORTING, self.flags.sampler())
+    }
+
+    /// The random numbers of a pixel's integration prefix: those of all frames are samples of one sequence, so that Sobol's spreads them.
+    #[inline(always)]
+    pub fn integration(&self, [x, y]: [u32; 2]) -> Rng {
+        Rng::new(x, y, self.sample(), self.seed ^ INTEGRATION, self.flags.sampler())
+    }
+
+    /// See [`PtParams::specialised`].
+    #[doc(hidden)]
+    #[inline(always)]
+    #[must_use]
+    pub fn specialised(self, bits: u32) -> Self {
+        Self { path: self.path.specialised(bits), ..self }
+    }
+
+    fn sample(&self) -> u32 {
+        self.frame.wrapping_mul(self.prefixes).wrapping_add(self.prefix)
+    }
+
+    /// The parameters of passes over canonical suffixes.
+    #[must_use]
+    pub fn canonical(&self) -> PtParams {
+        let mut params = self.path;
+        params.seed ^= CANONICAL;
+        params.frame = self.sample();
+        params
+    }
+}

@@ -1,0 +1,144 @@
+//! Prefixes: paths from the camera up to where others may go on from.
+
+use super::SuffixParams;
+use crate::bsdf::{Scattering, ScatteringFunction};
+use crate::camera::camera_ray;
+use crate::film::CUT;
+use crate::geometry::Hit;
+use crate::layout::FilmPixel;
+use crate::resample::params::Flags;
+use crate::resample::similar::{GBufferSurface, PackedSurface};
+use crate::rng::Rng;
+use crate::scene::{Lights, Surface, SurfacePoint, Trace};
+use crate::shift::PathOrigin;
+use crate::technique::path::{Receiver, Walk};
+use crate::transport::{Departure, Vertex};
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// Where prefixes end (Kettunen et al. 2023, §6.1): at the first vertex from the `min_segments`-th on whose segment is long enough, between vertices that
+/// are rough enough for paths to be joined there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct EndRule {
+    /// The fewest segments, the camera ray among them: with 1 all prefixes end at what the camera sees.
+    pub min_segments: u32,
+    /// The least perceptual roughness of the lobe by which the path leaves the vertex before, and of the roughest lobe of the last one.
+    pub min_roughness: f32,
+    /// The least length of the last segment, as a part of the prefix's.
+    pub min_distance: f32,
+}
+
+/// What a pixel's path is worth up to its end, and where that is.
+#[derive(Clone, Copy, Debug)]
+pub struct Prefix {
+    /// Its end; [`PathOrigin::NONE`] if it has none: it has met the void, or is as long as a path may be.
+    pub end: PathOrigin,
+    /// What radiance against its last segment is worth. What an interior absorbs on that segment is left to the suffix, as is all that a path finds from an
+    /// origin on.
+    pub throughput: Vec3,
+    /// The light that the path finds before it ends; black if none is to be found.
+    pub light: FilmPixel,
+    /// What the camera sees.
+    pub seen: PathOrigin,
+    /// The surface there.
+    pub surface: PackedSurface,
+}
+
+/// Takes what a prefix finds.
+struct Ends {
+    rule: EndRule,
+    lights: bool,
+    light: Vec3,
+    seen: PathOrigin,
+    surface: PackedSurface,
+    /// The last hit, and the length of the path up to there.
+    hit: Hit,
+    reach: f32,
+    /// What the path is worth before its last segment, and how rough the lobe is by which it left the vertex before.
+    throughput: Vec3,
+    roughness: f32,
+    end: PathOrigin,
+}
+
+impl<M: Scattering> Receiver<M> for Ends {
+    #[inline(always)]
+    fn add(&mut self, value: Vec3) {
+        self.light += value;
+    }
+
+    #[inline(always)]
+    fn samples_lights(&self) -> bool {
+        self.lights
+    }
+
+    #[inline(always)]
+    fn place<S: Surface<Material = M>>(&mut self, _scene: &S, walk: &Walk, hit: Hit) -> Hit {
+        self.throughput = walk.throughput;
+        self.reach += hit.t;
+        self.hit = hit;
+        hit
+    }
+
+    #[inline(always)]
+    fn arrive(&mut self, walk: &Walk, hit: &Hit, point: &SurfacePoint<M>) {
+        if walk.depth == 0 {
+            let (position, normal) = (point.position, point.normal);
+            self.seen = PathOrigin::new(&walk.ray, hit);
+            self.surface = PackedSurface::pack(&GBufferSurface { position, normal, distance: hit.t });
+        }
+    }
+
+    #[inline(always)]
+    fn ends(&mut self, walk: &Walk, vertex: &Vertex<M::Bsdf>) -> bool {
+        let EndRule { min_segments, min_roughness, min_distance } = self.rule;
+        let rough = |roughness: f32| (roughness > 0.0) & (roughness >= min_roughness);
+        let joins =
+            rough(self.roughness) & rough(vertex.bsdf.greatest_roughness()) & (self.hit.t >= min_distance * self.reach);
+        let ends = (walk.depth >= min_segments) & (joins | (min_segments == 1));
+        if ends {
+            self.end = PathOrigin::of_prefix(&walk.ray, &self.hit, walk.depth, self.reach);
+        }
+        ends
+    }
+
+    #[inline(always)]
+    fn depart(&mut self, departure: &Departure) {
+        self.roughness = departure.roughness;
+    }
+}
+
+/// Traces a prefix of the pixel `at` with these random numbers. With `lights` it finds the light on its way, by path tracing.
+#[inline(always)]
+pub fn prefix<S: Trace + Surface + Lights>(
+    scene: &S,
+    params: &SuffixParams,
+    rng: &Rng,
+    lights: bool,
+    [x, y]: [u32; 2],
+) -> Prefix {
+    let jitter = params.flags.contains(Flags::JITTER);
+    let ray = camera_ray(&params.camera, jitter, |u| u, scene.features(), rng, x, y);
+    let mut ends = Ends {
+        rule: params.ends,
+        lights,
+        light: Vec3::ZERO,
+        seen: PathOrigin::NONE,
+        surface: PackedSurface::NONE,
+        hit: Hit::MISS,
+        reach: 0.0,
+        throughput: Vec3::ONE,
+        roughness: 0.0,
+        end: PathOrigin::NONE,
+    };
+    let whole = Walk::new(ray).run(scene, rng, params.max_depth, false, &mut ends);
+    let light = if !whole {
+        CUT
+    } else if lights {
+        ends.light
+    } else {
+        Vec3::ZERO
+    };
+    let Ends { end, throughput, seen, surface, .. } = ends;
+    Prefix { end, throughput, light: FilmPixel::from_radiance(light), seen, surface }
+}
