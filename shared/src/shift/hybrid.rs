@@ -46,7 +46,7 @@ pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
     while end.open {
         let point = scene.surface(&end.ray, &end.hit);
         if end.vertex == 1 {
-            joins = joins.at_origin(origin.reach(), num::abs(dot(point.normal, end.ray.direction)));
+            joins = joins.at_origin(end.hit.t, num::abs(dot(point.normal, end.ray.direction)));
         }
         end.throughput = through_interior(end.throughput, &point, &end.ray, end.hit.t, scene.features());
         if end.vertex == course.length {

@@ -164,7 +164,7 @@ impl<'a> Picture<'a> {
     fn walk(&self, at: [u32; 2], frame: u32) -> (PathNumbers, All) {
         let numbers = self.numbers(at, frame);
         let (features, joins) = (self.scene.features, self.params.joins(&numbers));
-        let mut candidates = Candidates::new(All::default(), features, numbers.key(), joins, true, PathOrigin::NONE);
+        let mut candidates = Candidates::<_, false>::new(All::default(), features, numbers.key(), joins, true, PathOrigin::NONE);
         Walk::new(self.ray(at)).run(&self.scene, numbers.rng(), self.params.max_depth, false, &mut candidates);
         (numbers, candidates.keep)
     }

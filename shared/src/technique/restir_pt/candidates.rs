@@ -53,12 +53,12 @@ pub trait Keep {
     fn direct(&mut self, value: Vec3);
 }
 
-/// Makes candidates of what a path finds.
+/// Makes candidates of what a path finds: one that is traced from the camera or, a `SUFFIX`, from an origin that is known.
 #[derive(Debug)]
-pub struct Candidates<K> {
+pub struct Candidates<K, const SUFFIX: bool = false> {
     /// Takes them.
     pub keep: K,
-    /// Where the path begins; before it does, what is known of that.
+    /// Where the path begins.
     pub origin: PathOrigin,
     /// The surface there.
     pub surface: PackedSurface,
@@ -86,7 +86,7 @@ pub struct Candidates<K> {
     joined: bool,
 }
 
-impl<K> Candidates<K> {
+impl<K, const SUFFIX: bool> Candidates<K, SUFFIX> {
     /// The candidates of a path with these random numbers and thresholds, in a scene of these features. `off_edges` asks for paths that begin
     /// beside edges ([`Surface::off_edges`]): rays through the same point of every pixel may be made to meet them. Paths begin at `origin`, if there is one,
     /// else where their first ray ends.
@@ -147,7 +147,7 @@ impl<K> Candidates<K> {
     }
 }
 
-impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
+impl<M: Scattering, K: Keep, const SUFFIX: bool> Receiver<M> for Candidates<K, SUFFIX> {
     #[inline(always)]
     fn add(&mut self, value: Vec3) {
         self.keep.direct(value);
@@ -155,7 +155,7 @@ impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
 
     #[inline(always)]
     fn begins_at(&self) -> Hit {
-        self.origin.hit.unpack()
+        if SUFFIX { self.origin.hit.unpack() } else { Hit::MISS }
     }
 
     /// Many rays go from the first vertex: those that are traced, and those by which paths of other pixels are joined to it. Both have
@@ -174,10 +174,10 @@ impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
         self.solid = (self.features & FEATURE_VOLUME == 0) | (cos <= 0.0);
         self.beyond = through_interior(self.beyond, point, &walk.ray, hit.t, self.features);
         if self.vertex == 1 {
-            self.origin = if self.origin.segments() == 0 { PathOrigin::new(&walk.ray, hit) } else { self.origin };
+            self.origin = if SUFFIX { self.origin } else { PathOrigin::new(&walk.ray, hit) };
             let (position, normal) = (point.position, point.normal);
             self.surface = PackedSurface::pack(&GBufferSurface { position, normal, distance: hit.t });
-            self.joins = self.joins.at_origin(self.origin.reach(), self.cos);
+            self.joins = self.joins.at_origin(hit.t, self.cos);
         }
     }
 

@@ -68,7 +68,7 @@ pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams,
     let numbers = PathNumbers::new(params.rng(at));
     let jitter = params.has(Flags::JITTER);
     let ray = camera_ray(&params.camera, jitter, |u| u, scene.features(), numbers.rng(), x, y);
-    traced(scene, params, &numbers, ray, PathOrigin::NONE)
+    traced::<_, false>(scene, params, &numbers, ray, PathOrigin::NONE)
 }
 
 /// Traces a path on from an `origin`, which is one: a suffix of the paths that lead there.
@@ -79,12 +79,12 @@ pub fn trace_from<S: Trace + Surface + AddressedLights>(
     numbers: &PathNumbers,
     origin: &PathOrigin,
 ) -> PackedPath {
-    traced(scene, params, numbers, origin.ray(), *origin).path
+    traced::<_, true>(scene, params, numbers, origin.ray(), *origin).path
 }
 
-/// Traces a path that begins at the `origin`, if there is one, or else at the end of the ray.
+/// Traces a path that begins at the end of the ray or, a `SUFFIX`, at the origin.
 #[inline(always)]
-fn traced<S: Trace + Surface + AddressedLights>(
+fn traced<S: Trace + Surface + AddressedLights, const SUFFIX: bool>(
     scene: &S,
     params: &PtParams,
     numbers: &PathNumbers,
@@ -99,11 +99,11 @@ fn traced<S: Trace + Surface + AddressedLights>(
         value: Vec3::ZERO,
         direct: Vec3::ZERO,
     };
-    let off_edges = !params.has(Flags::JITTER) & (origin.segments() == 0);
+    let off_edges = !params.has(Flags::JITTER) & !SUFFIX;
     let joins = params.joins(numbers);
-    let mut candidates = Candidates::new(keep, scene.features(), numbers.key(), joins, off_edges, origin);
+    let mut candidates = Candidates::<_, SUFFIX>::new(keep, scene.features(), numbers.key(), joins, off_edges, origin);
     // the segment that leads to the origin is the first of those that are left
-    let before = if origin.segments() == 0 { 0 } else { origin.segments() - 1 };
+    let before = if SUFFIX { origin.segments() - 1 } else { 0 };
     let whole = Walk::new(ray).run(scene, numbers.rng(), params.max_depth - before, false, &mut candidates);
     let Selection { reservoir, value, direct, .. } = candidates.keep;
     let weight = reservoir.contribution_weight(1.0, luminance(value));
