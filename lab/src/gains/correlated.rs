@@ -7,14 +7,13 @@ use restir_host::exec::CpuExecutor;
 use restir_host::image::Image;
 use restir_host::render::{Images, Render, Shows};
 use restir_host::technique::path::PathSettings;
+use restir_host::technique::restir_pt::PtSettings;
 use restir_host::technique::reuse::render_with_layers;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::restir_pt::PackedPath;
 
 use super::{FRAMES, study};
 
-/// Settings of the chains.
-const SETTINGS: [&str; 6] = ["", "tile=4", "spatial=0", "temporal=off", "feedback=on", "preset=published"];
 /// Samples of path tracing in place of a frame.
 const SAMPLES: u32 = 16;
 /// Independent chains.
@@ -28,30 +27,35 @@ const DARK: f64 = 0.01;
 
 /// What the frames of some settings have in common, means over chains.
 pub(super) struct Correlated {
-    /// The settings; nothing of path tracing.
-    pub(super) settings: Option<&'static str>,
+    /// The technique and its settings; nothing of path tracing.
+    pub(super) settings: Option<(&'static str, &'static str)>,
     /// The largest correlation of the errors of neighbours within the reach.
     pub(super) over_pixels: f64,
     /// The correlation of a pixel's errors in a frame and the next one.
     pub(super) over_time: f64,
     /// How much larger the variance of a mean of all frames is than that of independent ones.
     pub(super) inflation: f64,
-    /// The share of the paths of the last frame that several pixels hold.
-    pub(super) copied: f64,
+    /// Of whole paths the share of those of the last frame that several pixels hold.
+    pub(super) copied: Option<f64>,
 }
 
 impl Correlated {
     /// Path tracing and all settings, in a view that stands still, of which the true picture is known well enough.
-    pub(super) fn all(scene: &SceneBuffers, truth: &Image) -> Result<Vec<Self>, Error> {
-        std::iter::once(None).chain(SETTINGS.map(Some)).map(|settings| Self::of(scene, truth, settings)).collect()
+    pub(super) fn all(
+        scene: &SceneBuffers,
+        truth: &Image,
+        rows: &[(&'static str, &'static str)],
+    ) -> Result<Vec<Self>, Error> {
+        let rows = rows.iter().copied().map(Some);
+        std::iter::once(None).chain(rows).map(|settings| Self::of(scene, truth, settings)).collect()
     }
 
-    fn of(scene: &SceneBuffers, truth: &Image, settings: Option<&'static str>) -> Result<Self, Error> {
+    fn of(scene: &SceneBuffers, truth: &Image, settings: Option<(&'static str, &'static str)>) -> Result<Self, Error> {
         let size = [truth.width, truth.height];
-        let mut sum = Self { settings, over_pixels: 0.0, over_time: 0.0, inflation: 0.0, copied: 0.0 };
+        let mut sum = Self { settings, over_pixels: 0.0, over_time: 0.0, inflation: 0.0, copied: None };
         for seed in 0..CHAINS {
             let frames = match settings {
-                Some(text) => frames(scene, &Render { seed, ..study::PATHS.chain(size, text)? })?,
+                Some((technique, text)) => frames(scene, &Render { seed, ..study::chain(technique, size, text)? })?,
                 None => samples(scene, size, seed)?,
             };
             let frames: Vec<Image> = frames.iter().map(|frame| limited(frame, truth)).collect();
@@ -60,10 +64,13 @@ impl Correlated {
             sum.over_time += errors.over_time(1) / f64::from(CHAINS);
             sum.inflation += errors.variance_inflation(FRAMES as usize) / f64::from(CHAINS);
         }
-        if let Some(text) = settings {
-            let chain = study::PATHS.chain(size, text)?;
-            let layered = render_with_layers::<PackedPath>(&mut CpuExecutor::inline(), scene, &chain, &mut |_| Ok(()))?;
-            sum.copied = layered.layers.copied();
+        if let Some((technique, text)) = settings {
+            let chain = study::chain(technique, size, text)?;
+            if PtSettings::of(&chain).is_some() {
+                let mut cpu = CpuExecutor::inline();
+                let layered = render_with_layers::<PackedPath>(&mut cpu, scene, &chain, &mut |_| Ok(()))?;
+                sum.copied = Some(layered.layers.copied());
+            }
         }
         Ok(sum)
     }

@@ -1,4 +1,4 @@
-//! `cargo lab gains`: what ReSTIR PT and ReSTIR SSS gain over path tracing in equal time and with equal rays, with each option off, what the errors of
+//! `cargo lab gains`: what ReSTIR PT, suffix ReSTIR and ReSTIR SSS gain over path tracing in equal time and with equal rays, with each option off, what the errors of
 //! frames have in common, and the reports of it.
 
 mod correlated;
@@ -54,7 +54,10 @@ pub struct Options {
     /// Measure ReSTIR SSS, and not ReSTIR PT.
     #[arg(long, conflicts_with = "moving")]
     subsurface: bool,
-    /// Replace docs/restir-pt-gains.md, or docs/restir-sss-gains.md.
+    /// Measure suffix ReSTIR, and not ReSTIR PT.
+    #[arg(long, conflicts_with_all = ["moving", "subsurface"])]
+    suffixes: bool,
+    /// Replace docs/restir-pt-gains.md, docs/restir-sss-gains.md or docs/restir-suffix-gains.md.
     #[arg(long)]
     write: bool,
 }
@@ -70,14 +73,18 @@ pub fn run(options: &Options) -> Result<(), Error> {
         println!("{}", report::where_things_move(&moving::measured(options.images, size)?));
         return Ok(());
     }
-    let study = if options.subsurface { &study::SUBSURFACE } else { &study::PATHS };
+    let study = match options {
+        Options { subsurface: true, .. } => &study::SUBSURFACE,
+        Options { suffixes: true, .. } => &study::SUFFIXES,
+        _ => &study::PATHS,
+    };
     let measured = study.views.par_iter().map(|pictured| {
         let view = View::measured(options, study, pictured);
         eprintln!("{:4.0} s  {}", start.elapsed().as_secs_f64(), pictured.name());
         view
     });
     let views = measured.collect::<Result<Vec<_>, _>>()?;
-    let moving = if options.subsurface { Vec::new() } else { moving::measured(options.images, size)? };
+    let moving = if study.moving { moving::measured(options.images, size)? } else { Vec::new() };
     publish(study.report, &report::markdown(options, study, &views, &moving), options.write)
 }
 
@@ -148,8 +155,9 @@ impl View {
             },
         );
         let truth = mean(&tried[SAMPLES.len() - 1], size);
-        let correlates = study.correlates && !pictured.orbits;
-        let correlated = if correlates { Correlated::all(trials[0].scene, &truth)? } else { Vec::new() };
+        let correlates = !study.correlated.is_empty() && !pictured.orbits;
+        let correlated =
+            if correlates { Correlated::all(trials[0].scene, &truth, study.correlated)? } else { Vec::new() };
         Ok(Self {
             name: pictured.name(),
             path: path.iter().map(|judged| judged.rel_mse).collect(),

@@ -10,7 +10,8 @@ use crate::flip::PIXELS_PER_DEGREE;
 pub(super) fn markdown(options: &Options, study: &Study, views: &[View], moving: &[moving::Row]) -> String {
     let mut text = heading(options, study);
     views.iter().for_each(|view| text += &section(view));
-    if study.correlates { text + "\n" + &where_things_move(moving) + &correlations(views) } else { text }
+    let text = if study.moving { text + "\n" + &where_things_move(moving) } else { text };
+    if study.correlated.is_empty() { text } else { text + &correlations(views) }
 }
 
 /// One setting beside the other; path tracing has no part in it.
@@ -32,7 +33,11 @@ pub(super) fn where_things_move(rows: &[moving::Row]) -> String {
 fn heading(options: &Options, study: &Study) -> String {
     let Options { images, width, .. } = options;
     let (Study { title, path, .. }, technique) = (study, study.technique());
-    let only = if options.subsurface { "--subsurface " } else { "" };
+    let only = match options {
+        Options { subsurface: true, .. } => "--subsurface ",
+        Options { suffixes: true, .. } => "--suffixes ",
+        _ => "",
+    };
     format!(
         "# What {title} gains\n\n\
          relMSE of {title} over that of path tracing which costs as much, once in time and once in rays: below 1 it pays. relMSE is the \
@@ -126,7 +131,10 @@ fn correlations(views: &[View]) -> String {
     for (view, of) in views.iter().flat_map(|view| view.correlated.iter().map(move |of| (view, of))) {
         let (settings, copied) = match of.settings {
             None => ("path tracing, 16 samples".to_owned(), String::new()),
-            Some(settings) => (named(settings), format!("{:.0} %", 100.0 * of.copied)),
+            Some((technique, settings)) => {
+                let copied = of.copied.map_or_else(String::new, |copied| format!("{:.0} %", 100.0 * copied));
+                (format!("{technique}, {}", named(settings)), copied)
+            }
         };
         let _ = writeln!(
             text,

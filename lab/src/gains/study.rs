@@ -64,8 +64,10 @@ pub(super) struct Study {
     pub(super) views: &'static [Pictured],
     /// Settings, and whether their mean over all frames is looked at, and not the last frame.
     pub(super) settings: &'static [(&'static str, bool)],
-    /// What errors have in common is looked at, too.
-    pub(super) correlates: bool,
+    /// Techniques and settings of which is looked at what errors have in common, too.
+    pub(super) correlated: &'static [(&'static str, &'static str)],
+    /// What changes of a scene do to it is measured, too.
+    pub(super) moving: bool,
     /// The settings of path tracing where it renders a part of the picture.
     pub(super) part_of_path: &'static str,
     /// Parts of the picture whose variance is measured: the name, whether path tracing renders it and not the technique, and settings.
@@ -107,7 +109,59 @@ pub(super) const PATHS: Study = Study {
         ("preset=progressive,neighbours=8", true),
         ("preset=progressive,neighbours=2", true),
     ],
-    correlates: true,
+    correlated: &[
+        ("restir-pt", ""),
+        ("restir-pt", "tile=4"),
+        ("restir-pt", "spatial=0"),
+        ("restir-pt", "temporal=off"),
+        ("restir-pt", "feedback=on"),
+        ("restir-pt", "preset=published"),
+    ],
+    moving: true,
+    part_of_path: "",
+    parts: &[],
+};
+
+/// Suffix ReSTIR.
+pub(super) const SUFFIXES: Study = Study {
+    report: "restir-suffix-gains",
+    technique: "restir-suffix",
+    title: "suffix ReSTIR",
+    path: "jitter=off",
+    views: PATHS.views,
+    settings: &[
+        ("", false),
+        ("prefixes=1", false),
+        ("prefixes=8", false),
+        ("prefixes=16", false),
+        ("borrowed=1", false),
+        ("borrowed=3", false),
+        ("borrowed=4", false),
+        ("canonical=each", false),
+        ("prefixes=16,canonical=each", false),
+        ("radius=2", false),
+        ("spatial=0", false),
+        ("spatial=2", false),
+        ("feedback=off", false),
+        ("kept_for=200,confidence_cap=200", false),
+        ("temporal=off", false),
+        ("temporal=off,spatial=0", false),
+        ("preset=mmis", false),
+        ("preset=published", false),
+        ("temporal=off,spatial=0", true),
+        ("", true),
+        ("prefixes=8", true),
+    ],
+    correlated: &[
+        ("restir-suffix", ""),
+        ("restir-suffix", "prefixes=8"),
+        ("restir-suffix", "spatial=2"),
+        ("restir-suffix", "feedback=off"),
+        ("restir-suffix", "preset=mmis"),
+        ("restir-pt", ""),
+        ("restir-pt", "feedback=on"),
+    ],
+    moving: false,
     part_of_path: "",
     parts: &[],
 };
@@ -143,7 +197,8 @@ pub(super) const SUBSURFACE: Study = Study {
         ("preset=reconnection,temporal=off", false),
         ("preset=pathtracing", false),
     ],
-    correlates: false,
+    correlated: &[],
+    moving: false,
     part_of_path: "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,segments=1",
     parts: &[
         ("light that enters nothing", true, "parts=rest"),
@@ -168,8 +223,13 @@ impl Study {
 
     /// Frames of the technique with settings beside its defaults.
     pub(super) fn chain(&self, size: [u32; 2], text: &str) -> Result<Render, Error> {
-        Ok(Render { count: FRAMES, ..Render::new(size, configured(self.technique, text)?) })
+        chain(self.technique, size, text)
     }
+}
+
+/// Frames of a technique with settings beside its defaults.
+pub(super) fn chain(technique: &str, size: [u32; 2], text: &str) -> Result<Render, Error> {
+    Ok(Render { count: FRAMES, ..Render::new(size, configured(technique, text)?) })
 }
 
 /// A technique with settings beside its defaults.

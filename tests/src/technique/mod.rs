@@ -23,6 +23,7 @@ known! {
     restir_di,
     restir_pt,
     restir_sss,
+    restir_suffix,
 }
 
 /// See the fields.

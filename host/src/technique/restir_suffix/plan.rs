@@ -226,3 +226,69 @@ impl SuffixSettings {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::buffers::SceneBuffers;
+    use crate::plan::Buffer;
+    use crate::render::Render;
+    use crate::technique::reuse::unused;
+    use restir_shared::technique::restir_suffix::MAX_BORROWED;
+
+    fn scene() -> SceneBuffers {
+        SceneBuffers::build(&crate::scene::builtin::scene("moving").expect("built in")).expect("builds")
+    }
+
+    fn settings(change: impl Fn(&mut SuffixSettings)) -> SuffixSettings {
+        let mut settings = SuffixSettings::default();
+        change(&mut settings);
+        settings
+    }
+
+    /// Counts are right, every pass fits its buffers, so that it writes none that it reads, and every buffer is used: with all settings that
+    /// decide on passes and planes.
+    #[test]
+    fn no_combination_of_settings_is_without_a_plan() {
+        let scene = scene();
+        for (spatial, borrowed, bits) in
+            (0..3).flat_map(|spatial| (1..=MAX_BORROWED).flat_map(move |k| (0..8_u32).map(move |bits| (spatial, k, bits))))
+        {
+            let on = |bit: u32| bits >> bit & 1 == 1;
+            let canonical = if on(2) { Canonical::Each } else { Canonical::One };
+            let settings = SuffixSettings {
+                spatial,
+                borrowed,
+                temporal: on(0),
+                feedback: on(1),
+                canonical,
+                prefixes: 2,
+                ..SuffixSettings::default()
+            };
+            for (count, accumulate) in [(1, false), (4, false), (4, true)] {
+                let render = Render { count, accumulate, ..Render::new([8, 6], settings.clone()) };
+                assert!(unused(render.plan(&scene)).is_empty(), "{render:?}");
+            }
+        }
+    }
+
+    /// Bytes a pixel beside the film's, as docs/restir-suffix.md has them, at a size at which the grid's cells do not count.
+    #[test]
+    fn planes_are_as_large_as_is_said() {
+        let scene = scene();
+        let rows = [
+            (settings(|_| ()), STATED[0]),
+            (settings(|s| s.borrowed = 1), STATED[1]),
+            (settings(|s| s.borrowed = 4), STATED[2]),
+            (settings(|s| (s.temporal, s.spatial) = (false, 0)), STATED[3]),
+        ];
+        const STATED: [usize; 4] = [0, 0, 0, 0];
+        for (settings, stated) in rows {
+            let render = Render { count: 4, ..Render::new([512, 512], settings) };
+            let of_film = |buffer: &&Buffer| !["film", "mean"].contains(&buffer.name);
+            let plan = render.plan(&scene);
+            let words: usize = plan.buffers[3..].iter().filter(of_film).map(|buffer| buffer.words).sum();
+            assert_eq!((4 * words).div_ceil(512 * 512), stated, "{render:?}");
+        }
+    }
+}

@@ -48,11 +48,23 @@ impl PrefixPoint {
         }
         let Location { position, normal, .. } = scene.location(&end.hit.unpack());
         let faces = dot(normal, Vec3::from_array(end.direction)) <= 0.0;
-        let code = encode_unit_vector(if faces { normal } else { -normal });
+        Self::of(params, position, if faces { normal } else { -normal }, end.reach())
+    }
+
+    /// The end of a prefix of that length, on a surface of that unit normal; a level of 0 if it has no length.
+    #[inline(always)]
+    pub fn of(params: &SuffixParams, position: Vec3, normal: Vec3, reach: f32) -> Self {
+        let code = encode_unit_vector(normal);
         let normal = ((code >> 4) & 0xfff) | ((code >> 20) << 12);
-        let radius = num::clamp(params.search_radius(end.reach()), LEAST_RADIUS, GREATEST_RADIUS);
-        let level = (radius * SQRT_2).to_bits() >> 23;
+        let radius = num::clamp(params.search_radius(reach), LEAST_RADIUS, GREATEST_RADIUS);
+        let level = if reach > 0.0 { (radius * SQRT_2).to_bits() >> 23 } else { 0 };
         Self { position: position.to_array(), word: (normal << 8) | level }
+    }
+
+    /// The same beside it.
+    #[must_use]
+    pub fn beside(&self, by: Vec3) -> Self {
+        Self { position: (Vec3::from_array(self.position) + by).to_array(), ..*self }
     }
 
     #[inline(always)]
@@ -79,9 +91,9 @@ impl PrefixPoint {
         if self.level() == 0 { buckets - 1 } else { bucket(cell(self.in_cells()), self.level(), buckets) }
     }
 
-    /// Whether `other` is near, on a surface that faces the same way. It is mutual.
+    /// Whether `other` is near, on a surface that faces the same way, which is mutual; and its squared distance.
     #[inline(always)]
-    fn is_near(&self, other: &Self, min_cos: f32) -> (bool, f32) {
+    pub fn is_near(&self, other: &Self, min_cos: f32) -> (bool, f32) {
         let to = Vec3::from_array(other.position) - Vec3::from_array(self.position);
         let (radius, distance) = (f32::from_bits(self.level() << 23), dot(to, to));
         let near = (self.level() != 0) & (self.level() == other.level()) & (distance <= radius * radius);

@@ -85,6 +85,12 @@ impl SuffixParams {
         self.frame.wrapping_mul(self.prefixes).wrapping_add(self.prefix)
     }
 
+    /// For tests: the seed by which an integration prefix is drawn whose canonical suffix is drawn by this one.
+    #[doc(hidden)]
+    pub fn seed_of_prefix(seed: u32) -> u32 {
+        seed ^ CANONICAL ^ INTEGRATION
+    }
+
     /// The parameters of passes over canonical suffixes.
     #[must_use]
     pub fn canonical(&self) -> PtParams {
