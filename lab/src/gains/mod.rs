@@ -200,10 +200,11 @@ fn flips(subject: &Subject, path: &Render, whole: &[Window], tried: &[Tried]) ->
     Ok(tried.iter().map(mean).collect())
 }
 
-/// What repeats after the first ones cost on one thread.
+/// What repeats after the first ones cost on one thread, of which each is shown or added to what is.
 fn cost(trial: &Trial<'_>) -> Result<Cost, restir_host::Error> {
     let (_, render) = &trial.pieces[0];
-    let seconds = seconds(trial)?;
+    let render = &Render { accumulate: true, ..render.clone() };
+    let seconds = seconds(trial.scene, render)?;
     let counted = Render { count: 2 * SETTLED, ..render.clone() };
     let rays: u64 = asked_after(trial.scene, &counted, SETTLED)?.values().map(|asked| asked.counts.rays()).sum();
     let pixels = f64::from(render.width) * f64::from(render.height);
@@ -211,12 +212,11 @@ fn cost(trial: &Trial<'_>) -> Result<Cost, restir_host::Error> {
 }
 
 /// The processor time of a repeat after the first ones.
-fn seconds(trial: &Trial<'_>) -> Result<f64, restir_host::Error> {
-    let (_, render) = &trial.pieces[0];
+fn seconds(scene: &SceneBuffers, render: &Render) -> Result<f64, restir_host::Error> {
     let seconds = |count: u32| {
         let render = Render { count, ..render.clone() };
         let start = thread_seconds();
-        CpuExecutor::inline().run(render.plan(trial.scene))?;
+        CpuExecutor::inline().run(render.plan(scene))?;
         Ok::<_, restir_host::Error>(thread_seconds() - start)
     };
     let later = f64::from(FRAMES - SETTLED);

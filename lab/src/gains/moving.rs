@@ -47,7 +47,12 @@ pub(super) fn measured(images: u32, size: [u32; 2]) -> Result<Vec<Row>, Error> {
         }
         let judged = judge(&trials, &tried);
         for ((settings, trial), judged) in SETTINGS.into_iter().zip(&trials).zip(&judged) {
-            rows.push(Row { scene: name, settings, rel_mse: judged.rel_mse, seconds: seconds(trial)? });
+            rows.push(Row {
+                scene: name,
+                settings,
+                rel_mse: judged.rel_mse,
+                seconds: seconds(trial.scene, &trial.pieces[0].1)?,
+            });
         }
     }
     Ok(rows)

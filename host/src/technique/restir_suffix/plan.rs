@@ -31,14 +31,14 @@ pub(super) fn chain(settings: &SuffixSettings, stage: &Stage) -> Chain<SuffixPas
     let history = settings.temporal && stage.goes_on;
     let reuses = Reuses { in_time: history, in_space: settings.spatial, feedback: settings.feedback, shadings: 1 };
     let mut planes = Planes::new(stage, None);
-    let borrowed = settings.borrowed as usize;
-    let crossings = if borrowed > 1 { borrowed * borrowed } else { 0 };
-    let layers = Layers { requests: crossings.max(1), results: borrowed };
+    let [borrowed, crossings] = [Asks::BORROWED, Asks::CROSSED].map(|asks| asks.layers(settings.borrowed) as usize);
+    let layers = Layers { requests: crossings.max(borrowed), results: borrowed };
     let kernels = [&pt::pt_shift::DESC, &pt::pt_merge::DESC];
     let mutual = Mutual::with_layers::<PackedPath, PathOrigin>(&mut planes, &reuses, layers, kernels);
     let pixels = planes.pixels;
-    let seen = planes.add::<PathOrigin>("seen", pixels);
+    // what pixels see is of no use any more when integration prefixes are traced
     let ends = planes.add::<PathOrigin>("ends", pixels);
+    planes.bind("seen", ends);
     planes.add::<Throughput>("throughputs", pixels);
     planes.add::<Nearest>("nearest", pixels);
     let canonical = planes.add::<PackedPath>("canonical", pixels);
@@ -51,7 +51,7 @@ pub(super) fn chain(settings: &SuffixSettings, stage: &Stage) -> Chain<SuffixPas
     let grid = sorted(&mut planes, words);
     let mut of_all = settings.params(stage);
     of_all.buckets = grid.as_ref().map_or(0, |grid| grid.buckets);
-    let passes = SuffixPasses { settings: settings.clone(), of_all, origins: mutual.origins(), mutual, seen, ends, canonical, crossed, grid };
+    let passes = SuffixPasses { settings: settings.clone(), of_all, origins: mutual.origins(), mutual, ends, canonical, crossed, grid };
     Chain::new(stage, settings.integral(), reuses, planes, passes)
 }
 
@@ -71,9 +71,7 @@ pub(super) struct SuffixPasses {
     mutual: Mutual,
     /// The ends of supporting prefixes.
     origins: Turns,
-    /// What pixels see.
-    seen: BufferId,
-    /// The ends of integration prefixes.
+    /// The ends of integration prefixes; before there are any, what pixels see.
     ends: BufferId,
     /// The suffixes of these.
     canonical: BufferId,
@@ -140,7 +138,7 @@ impl SuffixPasses {
         let mut params = self.params(now);
         params.path = with_last(&params.path, now, last, !self.settings.jitter);
         if !params.flags.contains(Flags::STILL) {
-            self.mutual.reproject(queue, now, &params.path, &[("origins", self.seen)]);
+            self.mutual.reproject(queue, now, &params.path, &[("origins", self.ends)]);
         }
         let before = ("other_origins", self.origins.before(now.index));
         queue.push(now, &suffix::suffix_keep::DESC, &params, &[before]);
@@ -282,7 +280,7 @@ mod tests {
             (settings(|s| s.borrowed = 4), STATED[2]),
             (settings(|s| (s.temporal, s.spatial) = (false, 0)), STATED[3]),
         ];
-        const STATED: [usize; 4] = [0, 0, 0, 0];
+        const STATED: [usize; 4] = [537, 481, 809, 393];
         for (settings, stated) in rows {
             let render = Render { count: 4, ..Render::new([512, 512], settings) };
             let of_film = |buffer: &&Buffer| !["film", "mean"].contains(&buffer.name);

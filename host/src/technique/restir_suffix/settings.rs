@@ -52,7 +52,7 @@ settings! {
         /// Rounds in which supporting prefixes that end near each other share their suffixes in pairs.
         spatial: u32 = 1, in 0..=MAX_ROUNDS, unit "rounds";
         /// The next frame reuses what these rounds have made, not what they began with.
-        feedback: bool = true;
+        feedback: bool = false;
         /// Prefixes that end on surfaces whose normals have a smaller cosine do not share.
         min_normal_cos: f32 = 0.5, in -1.0..=1.0;
         /// A supporting prefix is not kept if the surface that its pixel saw is farther than this from the tangent plane.
@@ -79,7 +79,7 @@ settings! {
     presets {
         "quality" => Self::default(),
         "mmis" => Self { temporal: false, spatial: 0, borrowed: 3, ..Self::default() },
-        "published" => Self { borrowed: 1, radius: 2.0, shift: Shift::Hybrid, ..Self::default() },
+        "published" => Self { borrowed: 1, radius: 2.0, shift: Shift::Hybrid, feedback: true, ..Self::default() },
     }
 }
 

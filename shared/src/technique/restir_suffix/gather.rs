@@ -41,7 +41,7 @@ pub struct Asks(u32);
 impl Asks {
     /// Of each borrowed suffix to the integration prefix: a layer for each.
     pub const BORROWED: Self = Self(0);
-    /// Of each borrowed suffix to the supporting prefixes of the others: of the n-th one the layers from n k on.
+    /// Of each of k borrowed suffixes to the supporting prefixes of the others: of the n-th one the k - 1 layers from n (k - 1) on.
     pub const CROSSED: Self = Self(1);
     /// Of the canonical suffix to each supporting prefix: a layer for each.
     pub const CANONICAL: Self = Self(2);
@@ -49,7 +49,7 @@ impl Asks {
     /// How many layers there are.
     #[must_use]
     pub fn layers(self, borrowed: u32) -> u32 {
-        if self == Self::CROSSED { borrowed * borrowed } else { borrowed }
+        if self == Self::CROSSED { borrowed * (borrowed - 1) } else { borrowed }
     }
 }
 
@@ -59,16 +59,23 @@ pub fn ask(params: &SuffixParams, nearest: &[Nearest], [x, row]: [u32; 2]) -> Sh
     let (layer, y) = (row / params.height, row % params.height);
     let pixel = params.grid().index([x, y]);
     let pixels = nearest[pixel as usize].pixels;
-    let asks = params.asks;
-    let (from, to) =
-        if asks.0 == Asks::CROSSED.0 { (layer / params.borrowed, layer % params.borrowed) } else { (layer, layer) };
+    let crosses = params.asks.0 == Asks::CROSSED.0;
+    let others = if crosses { params.borrowed - 1 } else { 1 };
+    let (from, nth) = (layer / others, layer % others);
+    let to = if !crosses {
+        from
+    } else if nth < from {
+        nth
+    } else {
+        nth + 1
+    };
     let (lender, other) = (pixels[from as usize], pixels[to as usize]);
-    let exists = (lender != u32::MAX) & (other != u32::MAX) & ((asks.0 != Asks::CROSSED.0) | (from != to));
+    let exists = (lender != u32::MAX) & (other != u32::MAX);
     if !exists {
         ShiftRequest::NONE
-    } else if asks.0 == Asks::BORROWED.0 {
+    } else if params.asks.0 == Asks::BORROWED.0 {
         ShiftRequest { sample: lender, pixel }
-    } else if asks.0 == Asks::CROSSED.0 {
+    } else if crosses {
         ShiftRequest { sample: lender, pixel: other }
     } else {
         ShiftRequest { sample: pixel, pixel: other }
@@ -115,13 +122,12 @@ impl Lent<'_> {
                 let value = Vec3::from_array(result.value);
                 let own = confidence * luminance(record.value());
                 let mut all = own + luminance(value) * jacobian;
-                let mut other = 0;
-                while other < params.borrowed {
-                    if other != n {
-                        let there = crossed[((n * params.borrowed + other) * pixels + pixel) as usize];
-                        all += self.confidence(params, pixel, other) * target(&there, &record);
-                    }
-                    other += 1;
+                let mut nth = 0;
+                while nth + 1 < params.borrowed {
+                    let there = crossed[((n * (params.borrowed - 1) + nth) * pixels + pixel) as usize];
+                    let other = if nth < n { nth } else { nth + 1 };
+                    all += self.confidence(params, pixel, other) * target(&there, &record);
+                    nth += 1;
                 }
                 let weight = jacobian * record.contribution_weight();
                 let share = if all > 0.0 { num::div(own, all) } else { 0.0 };
