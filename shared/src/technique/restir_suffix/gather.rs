@@ -105,8 +105,8 @@ impl Lent<'_> {
         }
     }
 
-    /// What the suffixes that a pixel borrows send along its prefix, each by its weight: eq. 22, with the balance heuristic by confidences, of which the canonical
-    /// suffix has 1, whether or not it was traced. `crossed` is what became of requests for [`Asks::CROSSED`].
+    /// What the suffixes that a pixel borrows send along its prefix, each by its weight: eq. 22, with the balance heuristic by confidences, of which
+    /// the canonical suffix has 1, whether or not it was traced. `crossed` is what became of requests for [`Asks::CROSSED`].
     #[inline(always)]
     pub fn borrowed(&self, params: &SuffixParams, crossed: &[ShiftResult], pixel: u32) -> Vec3 {
         let pixels = params.width * params.height;

@@ -1,8 +1,8 @@
 //! Supporting prefixes near a point: a hash grid over the ends of all of them.
 //!
-//! Each pixel looks for others within a radius that grows with the length of its prefix: so many footprints of a pixel. Radii are rounded to powers of two,
-//! the level; a point finds those of its own level. The cells of a level have edges of twice its radius, so that a sphere around any point lies within the 2 x 2 x 2 cells about it.
-//! [`compact`](crate::compact) sorts pixels by the hash of their cells.
+//! A point looks for others within a radius that grows with the length of its prefix: so many footprints of a pixel. Radii are rounded to powers of
+//! two, the level; a point finds those of its own level. The cells of a level have edges of twice its radius, so that a sphere around any point
+//! lies within the 2 x 2 x 2 cells about it. [`compact`](crate::compact) sorts pixels by the hash of their cells.
 
 use super::SuffixParams;
 use crate::num;
@@ -35,7 +35,8 @@ const PAIRS: u32 = stream(5);
 pub struct PrefixPoint {
     /// World position.
     pub position: [f32; 3],
-    /// In the low 8 bits the level, the biased exponent of the radius, which is 0 if there is no prefix; above it the octahedral coordinates of the normal on the path's side, 12 bits each.
+    /// In the low 8 bits the level, the biased exponent of the radius, which is 0 if there is no prefix; above it the octahedral coordinates of
+    /// the normal on the path's side, 12 bits each.
     pub word: u32,
 }
 
@@ -199,8 +200,8 @@ impl PrefixGrid<'_> {
         }
     }
 
-    /// The request of the pixel `at` to take the sample of another one, which takes its own: pixels of a bucket are paired at random, in each round anew. There is
-    /// none if the two are not near.
+    /// The request of the pixel `at` to take the sample of another one, which takes its own: pixels of a bucket are paired at random, in each round
+    /// anew. There is none if the two are not near.
     #[inline(always)]
     pub fn pair(&self, params: &SuffixParams, at: [u32; 2]) -> ShiftRequest {
         let pixel = params.grid().index(at);

@@ -1,7 +1,8 @@
 //! Supporting prefixes that outlive their frame.
 //!
-//! A supporting prefix is only where suffixes are found: what the gather makes of them is unbiased wherever that is, as long as no suffix was asked. So it need
-//! not be resampled, as the paper has it: a pixel takes over the last frame's prefix of where its surface was seen, and now and then begins a new one. Where suffixes of two frames begin at the same vertex nothing has to be shifted.
+//! A supporting prefix is only where suffixes are found: what the gather makes of them is unbiased wherever that is, as long as no suffix was
+//! asked. So it need not be resampled, as the paper has it: a pixel takes over the last frame's prefix of where its surface was seen, and now and
+//! then begins a new one. Suffixes of two frames then begin at the same vertex, and nothing has to be shifted.
 
 use super::SuffixParams;
 use crate::resample::mutual::ShiftRequest;
@@ -21,8 +22,8 @@ pub struct Kept {
     pub request: ShiftRequest,
 }
 
-/// The supporting prefix of the pixel `at`, which has a `fresh` one: in one of [`SuffixParams::kept_for`] frames that one, else that which `request` finds in the last
-/// frame; in a view that stands still, its own.
+/// The supporting prefix of the pixel `at`, which has a `fresh` one: in one of [`SuffixParams::kept_for`] frames that one, else that which `request`
+/// finds in the last frame, whose origins are the `others`; in a view that stands still, its own.
 #[inline(always)]
 pub fn keep(
     params: &SuffixParams,

@@ -1,13 +1,13 @@
 //! Parameters of the kernels of suffix ReSTIR.
 
 use super::{Asks, EndRule};
-use crate::layout::Extent;
+use crate::layout::{CameraParams, Extent};
 use crate::rng::Rng;
 use crate::technique::restir_pt::PtParams;
 use bytemuck::{Pod, Zeroable};
 use core::ops::{Deref, DerefMut};
 
-/// Parameters of a pass.
+/// Parameters of a pass. Those of `default` are all zero, an image without pixels, for what writes every field that counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SuffixParams {
@@ -61,6 +61,24 @@ const INTEGRATION: u32 = 0x4950_0000;
 const CANONICAL: u32 = 0x4353_0000;
 
 impl SuffixParams {
+    /// Parameters of a frame, with the defaults of the program. Their grid has as many buckets as [`sort`](crate::compact) by three digits of 6 bits has.
+    pub fn new(camera: CameraParams, size: [u32; 2], seed: u32) -> Self {
+        let mut path = PtParams::new(camera, size, seed);
+        (path.neighbours, path.confidence_cap) = (1, 50.0);
+        Self {
+            path,
+            ends: EndRule { min_segments: 2, min_roughness: 0.2, min_distance: 0.01 },
+            prefixes: 4,
+            prefix: 0,
+            borrowed: 2,
+            radius: 4.0,
+            kept_for: 50.0,
+            buckets: 1 << 18,
+            asks: Asks::BORROWED,
+            canonical_share: 1.0,
+        }
+    }
+
     /// The random numbers of a pixel's supporting prefix.
     #[inline(always)]
     pub fn supporting(&self, [x, y]: [u32; 2]) -> Rng {

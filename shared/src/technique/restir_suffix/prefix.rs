@@ -16,8 +16,9 @@ use crate::transport::{Departure, Vertex};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Where prefixes end (Kettunen et al. 2023, §6.1): at the first vertex from the `min_segments`-th on whose segment is long enough, between vertices that
-/// are rough enough for paths to be joined there.
+/// Where prefixes end (Kettunen et al. 2023): at the first vertex from the `min_segments`-th on whose segment is long enough, between vertices that
+/// are rough enough for paths to be joined there. The paper ends them at the second of two rough vertices in a row, the published code also asks for
+/// a length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EndRule {
@@ -34,8 +35,8 @@ pub struct EndRule {
 pub struct Prefix {
     /// Its end; [`PathOrigin::NONE`] if it has none: it has met the void, or is as long as a path may be.
     pub end: PathOrigin,
-    /// What radiance against its last segment is worth. What an interior absorbs on that segment is left to the suffix, as is all that a path finds from an
-    /// origin on.
+    /// What radiance against its last segment is worth. What an interior absorbs on that segment is left to the suffix, as is all that a path finds
+    /// from an origin on.
     pub throughput: Vec3,
     /// The light that the path finds before it ends; black if none is to be found.
     pub light: FilmPixel,
