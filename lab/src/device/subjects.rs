@@ -48,7 +48,8 @@ pub(super) const MAIN: [Subject; 3] = [
 /// What else path tracing is measured in.
 const PATHS: [Subject; 2] = [Subject::new("many-lights", "path", None), Subject::new("ajar", "path", None)];
 /// What is measured by its presets alone.
-const UNDER_SURFACES: Subject = Subject::new("candles", "restir-sss", None);
+const BY_PRESETS: [Subject; 2] =
+    [Subject::new("candles", "restir-sss", None), Subject::new("ajar", "restir-suffix", None)];
 
 /// All subjects, those first that matter most: where the time is up, the rest is left out.
 pub(super) fn subjects(extent: Extent) -> Vec<Subject> {
@@ -57,7 +58,7 @@ pub(super) fn subjects(extent: Extent) -> Vec<Subject> {
         return subjects;
     }
     subjects.extend(PATHS);
-    for main in MAIN.into_iter().chain([UNDER_SURFACES]) {
+    for main in MAIN.into_iter().chain(BY_PRESETS) {
         let presets = technique::named(main.technique).map_or_else(|_| Vec::new(), |technique| technique.presets());
         let others = presets.into_iter().map(|(name, _)| name).filter(|name| main.preset != Some(name));
         subjects.extend(others.map(|name| Subject { preset: Some(name), ..main }));

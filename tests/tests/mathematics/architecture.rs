@@ -45,6 +45,8 @@ const MAY_NAME: [&str; 15] = [
     "lab/src/shifts",
     "lab/src/visibility",
 ];
+/// Techniques of which one shares the other's records and kernels, and so names it.
+const SHARES_WITH: [(&str, &str); 1] = [("restir-suffix", "restir-pt")];
 /// All others are compared with it.
 const REFERENCE: &str = "path";
 
@@ -259,7 +261,9 @@ fn namings(technique: &str, folder: &str, sources: &[Source]) -> Vec<String> {
     let [long, short] = folders(technique);
     let settings = format!("{}{}Settings", short[..1].to_uppercase(), &short[1..]);
     let words = [format!("\"{technique}"), long.clone(), format!("::{short}::"), format!("::{short};"), settings];
-    let is_own = |source: &Source| source.module.iter().any(|module| [&long, &short].contains(&module));
+    let sharing = SHARES_WITH.iter().filter(|(_, with)| *with == technique).map(|(who, _)| folders(who)[0].clone());
+    let own: Vec<String> = [long.clone(), short.clone()].into_iter().chain(sharing).collect();
+    let is_own = |source: &Source| source.module.iter().any(|module| own.contains(module));
     let may = |source: &Source| {
         let path = format!("{folder}/{}", source.module.join("/"));
         MAY_NAME.iter().any(|may| path == *may || may.ends_with("figure") && path.starts_with(may))

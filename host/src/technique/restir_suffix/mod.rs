@@ -1,4 +1,23 @@
-//! Suffixes of paths by resampling, and a final gather.
+//! Suffixes of paths by resampling, and a final gather: every pixel keeps the far part of a path, and new prefixes borrow what ends near them
+//! (Kettunen et al. 2023, "Conditional Resampled Importance Sampling and ReSTIR").
+//!
+//! ```
+//! use restir_host::render::Render;
+//! use restir_host::technique::restir_suffix::SuffixSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! // the same frames, whose mean is the image, with one integration prefix a pixel and with eight
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let mean_with = |prefixes| -> Result<f32, Error> {
+//!     let settings = SuffixSettings { max_depth: 3, prefixes, ..SuffixSettings::default() };
+//!     let job = Render { count: 16, accumulate: true, ..Render::new([16, 16], settings) };
+//!     let rendered = job.render(&scene, &mut CpuExecutor::new()?)?;
+//!     Ok(rendered.image.pixels.iter().map(|rgb| rgb[1]).sum::<f32>() / 256.0)
+//! };
+//! let (one, eight) = (mean_with(1)?, mean_with(8)?);
+//! assert!(one != eight && (one - eight).abs() < 0.1 * one);
+//! # Ok::<(), Error>(())
+//! ```
 
 mod plan;
 mod settings;
