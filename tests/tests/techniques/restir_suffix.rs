@@ -356,8 +356,8 @@ fn brute(params: &SuffixParams, points: &[PrefixPoint], looked_at: &[bool], to: 
         .zip(points)
         .filter(|(pixel, _)| looked_at[*pixel as usize])
         .filter_map(|(pixel, point)| {
-            let (near, distance) = to.is_near(point, params.min_normal_cos);
-            near.then_some((distance, pixel))
+            let distance = to.distance(point, params.min_normal_cos);
+            (distance < f32::MAX).then_some((distance, pixel))
         })
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -379,7 +379,7 @@ fn pairs_are_mutual_and_near() -> Result<(), Failed> {
         let partner = |pixel: u32| grid.pair(&params, [pixel, 0]).sample;
         for pixel in (0..900).filter(|pixel| partner(*pixel) != u32::MAX) {
             let other = partner(pixel);
-            let near = points[pixel as usize].is_near(&points[other as usize], params.min_normal_cos).0;
+            let near = points[pixel as usize].distance(&points[other as usize], params.min_normal_cos) < f32::MAX;
             ensure(other != pixel && partner(other) == pixel && near, || format!("{pixel} and {other}"))?;
             pairs += 1;
         }

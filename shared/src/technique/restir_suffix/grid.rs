@@ -26,6 +26,10 @@ const GREATEST_RADIUS: f32 = f32::from_bits((127 + 63) << 23);
 const SQRT_2: f32 = core::f32::consts::SQRT_2;
 /// Cells are at most so many edges away from the origin; what lies beyond is in the last ones.
 const MOST_CELLS: f32 = 8_388_608.0;
+/// The distance of what is not near: no radius reaches so far.
+const FAR: f32 = f32::MAX;
+/// Farther than all that is taken.
+const NOTHING: f32 = 1.0e38;
 /// The stream that says who of a bucket are paired.
 const PAIRS: u32 = stream(5);
 
@@ -92,13 +96,20 @@ impl PrefixPoint {
         if self.level() == 0 { buckets - 1 } else { bucket(cell(self.in_cells()), self.level(), buckets) }
     }
 
-    /// Whether `other` is near, on a surface that faces the same way, which is mutual; and its squared distance.
+    /// The squared distance to `other`, if that is near, on a surface that faces the same way, which is mutual; else the largest number.
     #[inline(always)]
-    pub fn is_near(&self, other: &Self, min_cos: f32) -> (bool, f32) {
+    pub fn distance(&self, other: &Self, min_cos: f32) -> f32 {
+        let distance = self.distance_within_radius(other);
+        if distance < FAR && dot(self.normal(), other.normal()) >= min_cos { distance } else { FAR }
+    }
+
+    /// The same, whichever way the surfaces face.
+    #[inline(always)]
+    fn distance_within_radius(&self, other: &Self) -> f32 {
         let to = Vec3::from_array(other.position) - Vec3::from_array(self.position);
         let (radius, distance) = (f32::from_bits(self.level() << 23), dot(to, to));
         let near = (self.level() != 0) & (self.level() == other.level()) & (distance <= radius * radius);
-        (near & (dot(self.normal(), other.normal()) >= min_cos), distance)
+        if near { distance } else { FAR }
     }
 }
 
@@ -106,6 +117,11 @@ impl PrefixPoint {
 fn cell(at: Vec3) -> [i32; 3] {
     let coordinate = |x: f32| num::floor(num::clamp(x, -MOST_CELLS, MOST_CELLS)) as i32;
     [coordinate(at.x), coordinate(at.y), coordinate(at.z)]
+}
+
+#[inline(always)]
+fn is_same(a: [i32; 3], b: [i32; 3]) -> bool {
+    (a[0] == b[0]) & (a[1] == b[1]) & (a[2] == b[2])
 }
 
 #[inline(always)]
@@ -149,6 +165,12 @@ struct Found {
 }
 
 impl Found {
+    /// No point that is farther away than this is one of the `count` nearest.
+    #[inline(always)]
+    fn farthest(&self, count: u32) -> f32 {
+        self.distances[(count - 1) as usize]
+    }
+
     /// Takes a point, if it is one of the nearest.
     #[inline(always)]
     fn take(&mut self, mut distance: f32, mut pixel: u32) {
@@ -169,7 +191,7 @@ impl PrefixGrid<'_> {
     #[inline(always)]
     pub fn nearest(&self, params: &SuffixParams, to: &PrefixPoint) -> Nearest {
         let mut found =
-            Found { distances: [f32::MAX; MAX_BORROWED as usize], pixels: [u32::MAX; MAX_BORROWED as usize] };
+            Found { distances: [NOTHING; MAX_BORROWED as usize], pixels: [u32::MAX; MAX_BORROWED as usize] };
         let first = cell(to.in_cells() - Vec3::splat(0.5));
         let mut corner = 0;
         while (corner < 8) & (to.level() != 0) {
@@ -191,10 +213,10 @@ impl PrefixGrid<'_> {
         while at < end {
             let pixel = self.order[at as usize];
             let point = self.points[pixel as usize];
-            let (near, distance) = to.is_near(&point, params.min_normal_cos);
-            let [x, y, z] = cell(point.in_cells());
-            if near & (x == of[0]) & (y == of[1]) & (z == of[2]) {
-                found.take(distance, pixel);
+            // few points come so far that their normals have to be looked at
+            let nearer = to.distance_within_radius(&point) <= found.farthest(params.borrowed);
+            if nearer && is_same(cell(point.in_cells()), of) {
+                found.take(to.distance(&point, params.min_normal_cos), pixel);
             }
             at = at.wrapping_add(stride);
         }
@@ -221,8 +243,8 @@ impl PrefixGrid<'_> {
             return ShiftRequest::NONE;
         }
         let sample = self.order[start.wrapping_add(partner) as usize];
-        let (near, _) = point.is_near(&self.points[sample as usize], params.min_normal_cos);
-        if near { ShiftRequest { sample, pixel } } else { ShiftRequest::NONE }
+        let distance = point.distance(&self.points[sample as usize], params.min_normal_cos);
+        if distance < FAR { ShiftRequest { sample, pixel } } else { ShiftRequest::NONE }
     }
 
     /// The place of a pixel among those of its bucket, which are in the order of their indices.
