@@ -210,7 +210,7 @@ fn no_suffix_is_asked() -> Result<(), Failed> {
     let scene = buffers("moving")?;
     let technique = Trials::of("restir-suffix")?.with("prefixes=2,spatial=2,kept_for=3,max_depth=5")?;
     let render = Render { count: 5, ..Render::new([24, 18], technique) };
-    let decided = |change: Change| -> Result<(Vec<Vec<u32>>, Vec<Vec<u32>>), Failed> {
+    let decided = |change: Change| -> Result<[Vec<Vec<u32>>; 2], Failed> {
         let (mut decisions, mut suffixes) = (Vec::new(), Vec::new());
         let plan = changed(plan(&scene, &render), change);
         CpuExecutor::new()?.run_observed(plan, &mut |step| {
@@ -230,10 +230,10 @@ fn no_suffix_is_asked() -> Result<(), Failed> {
             }
             Ok(())
         })?;
-        Ok((decisions, suffixes))
+        Ok([decisions, suffixes])
     };
-    let (decisions, suffixes) = decided(|_| ())?;
-    let (same, others) = decided(|pass| {
+    let [decisions, suffixes] = decided(|_| ())?;
+    let [same, others] = decided(|pass| {
         of_kernel(pass, suffix_trace::DESC.name, |params: &mut PtParams| params.seed = params.seed.wrapping_add(99));
     })?;
     ensure(suffixes != others, || "the suffixes are the same".to_owned())?;

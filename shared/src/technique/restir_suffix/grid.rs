@@ -195,7 +195,7 @@ impl PrefixGrid<'_> {
         let first = cell(to.in_cells() - Vec3::splat(0.5));
         let mut corner = 0;
         while (corner < 8) & (to.level() != 0) {
-            let of_corner = |axis: u32, x: i32| x + (corner >> axis & 1) as i32;
+            let of_corner = |axis: u32, x: i32| x + (corner >> axis & 1);
             self.look(params, to, [of_corner(0, first[0]), of_corner(1, first[1]), of_corner(2, first[2])], &mut found);
             corner += 1;
         }
