@@ -30,7 +30,7 @@ const ROWS: [Row; 7] = [
     row("an environment", "tower", 2, "borrowed=1"),
     row("long prefixes", "glass", 3, "borrowed=3,canonical=each"),
     row("all lights, hybrid", "all-lights", 2, "shift=hybrid,jitter=on"),
-    row("blended", "sheets", 2, ""),
+    row("blended, short prefixes", "sheets", 2, "min_segments=1"),
     row("things move", "moving", 6, "kept_for=3,spatial=2,feedback=off"),
     row("a lens", "cornell-lens", 2, "min_segments=1,sampler=independent"),
 ];
