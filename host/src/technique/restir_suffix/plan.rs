@@ -98,18 +98,19 @@ impl Passes for SuffixPasses {
 
     fn reuse_in_time(&self, queue: &mut Queue, now: &Frame, last: CameraParams) {
         let mut params = with_last(&self.params(now).path, now, last, false);
+        let mut history = queue.history();
         if now.same_scene {
             // suffixes of one vertex: both pixels find the same
             params.flags = params.flags.with_form(Mis::CONSTANT) | Flags::KEPT;
         } else {
-            self.mutual.exchange(queue, now, &params, |queue, params, paths| {
+            history = self.mutual.exchange(queue, now, &params, |queue, params, paths| {
                 if !params.flags.contains(Flags::BACK) {
                     queue.push(now, &pt::pt_recall::DESC, params, &[("reservoirs", paths)]);
                 }
                 paths
             });
         }
-        self.mutual.merge_in_time(queue, now, &params);
+        self.mutual.merge_in_time(queue, now, &params, history);
     }
 
     fn reuse_in_space(&self, queue: &mut Queue, now: &Frame, pass: u32, merged: BufferId) {

@@ -90,11 +90,12 @@ impl Mutual {
         params: &P,
         elsewhere: impl Fn(&mut Queue, &P, BufferId) -> BufferId,
     ) {
+        let mut history = queue.history();
         if !params.flags.contains(Flags::STILL) {
             self.reproject(queue, now, params, &[]);
-            self.exchange(queue, now, params, elsewhere);
+            history = self.exchange(queue, now, params, elsewhere);
         }
-        self.merge_in_time(queue, now, params);
+        self.merge_in_time(queue, now, params, history);
     }
 
     /// Asks for records of the last frame: of where pixels' surfaces were seen.
@@ -109,26 +110,28 @@ impl Mutual {
         queue.push(now, &reuse_reproject::DESC, &**params, &[&[before], planes].concat());
     }
 
-    /// Shifts records between the last frame and this one, both ways, as was asked. See [`Self::in_time`].
+    /// Shifts records between the last frame and this one, both ways, as was asked: the plane of the last frame's as they were shifted. See
+    /// [`Self::in_time`].
     pub(crate) fn exchange<P: PassParams>(
         &self,
         queue: &mut Queue,
         now: &Frame,
         params: &P,
         elsewhere: impl Fn(&mut Queue, &P, BufferId) -> BufferId,
-    ) {
-        let Some(returned) = self.returned else { return };
+    ) -> BufferId {
+        let Some(returned) = self.returned else { return queue.history() };
         let back = changed(params, |reuse| ReuseParams { flags: reuse.flags | Flags::BACK, ..*reuse });
         let own = elsewhere(queue, &back, queue.work());
         let origins = self.origins.before(now.index);
         queue.push(now, self.shift, &back, &[("reservoirs", own), ("origins", origins), ("results", returned)]);
         let history = elsewhere(queue, params, queue.history());
         queue.push(now, self.shift, params, &[("reservoirs", history)]);
+        history
     }
 
-    /// Merges what was shifted into the records in work.
-    pub(crate) fn merge_in_time<P: PassParams>(&self, queue: &mut Queue, now: &Frame, params: &P) {
-        queue.push(now, self.merge, params, &[("reservoirs", queue.history()), ("merged", queue.work())]);
+    /// Merges the records of that plane, as they were shifted, into those in work.
+    pub(crate) fn merge_in_time<P: PassParams>(&self, queue: &mut Queue, now: &Frame, params: &P, history: BufferId) {
+        queue.push(now, self.merge, params, &[("reservoirs", history), ("merged", queue.work())]);
     }
 
     /// Merges the records of neighbours into the plane `merged` by the shifts of the spatial pass of that number, which was the last one.
