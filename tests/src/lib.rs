@@ -8,6 +8,7 @@ pub mod brute;
 pub mod bsdf_f64;
 pub mod capture;
 pub mod cases;
+pub mod chain;
 pub mod crossings;
 pub mod data;
 pub mod device;

@@ -4,8 +4,6 @@ use super::{Cases, Known, Matrix, NOTHING, Row, row};
 
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
-    // a canonical suffix that stands for all is a bright pixel now and then, of which the few samples of the report have one too many
-    as_path: "canonical=each,prefixes=16",
     lengths: &["min_distance"],
     rows: &[
         ("a canonical suffix each, four borrowed, jitter", "canonical=each,borrowed=4,prefixes=2,jitter=on"),

@@ -5,19 +5,19 @@ use rayon::prelude::*;
 use restir_host::exec::{CpuExecutor, Executor, Step};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::Render;
-use restir_host::scene::Camera;
 use restir_host::technique::asked::asked_after;
 use restir_host::technique::inspect::Layered;
 use restir_host::technique::reuse::render_with_layers;
 use restir_kernels::restir_pt::{pt_merge, pt_retrace, pt_shade, pt_shift, pt_trace};
 use restir_kernels::{KernelDesc, NativeRow};
-use restir_shared::glam::{DVec3, Vec3};
+use restir_shared::glam::Vec3;
 use restir_shared::layout::FilmPixel;
 use restir_shared::resample::mutual::{Record, ShiftRequest, ShiftResult};
 use restir_shared::resample::params::Flags;
 use restir_shared::shift::Hybrid;
 use restir_shared::technique::restir_pt::{PackedPath, PtParams};
 use restir_shared::vec::luminance;
+use restir_tests::chain::Chain;
 use restir_tests::native::{changed, edit, film, plan};
 use restir_tests::scenes::buffers;
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
@@ -242,73 +242,56 @@ fn wrong_sharing_is_seen() -> Result<(), Failed> {
     ensure(unseen.is_empty(), || format!("not seen: {unseen:?}"))
 }
 
-/// A chain of frames: what its last one shows, against what that one's own paths do.
-struct Chain {
-    scene: &'static str,
-    settings: &'static str,
-    frames: u32,
-    /// The camera moves.
-    moves: bool,
-}
-
-const fn chain(scene: &'static str, settings: &'static str, frames: u32, moves: bool) -> Chain {
-    Chain { scene, settings, frames, moves }
-}
-
 /// Settings of chains.
 const OF_CHAINS: &str = "tile=4,max_plane_distance=0.1,max_depth=6,sampler=independent";
 const CHAINS: [Chain; 18] = [
-    chain("cornell", "jitter=on,shift=hybrid,feedback=on", 4, false),
-    chain("cornell", "jitter=on,shift=footprint,spatial=0", 5, true),
-    chain("cornell", "jitter=on,shift=replay,spatial=0,temporal_mis=pairwise-defensive", 4, true),
-    chain("cornell", "jitter=on,shift=hybrid,feedback=off,spatial=2,neighbours=2,confidence_cap=3", 5, true),
-    chain("cornell", "still=on,spatial=0", 4, false),
-    chain("glossy", "jitter=on,shift=hybrid,spatial=0", 4, true),
-    chain("glass", "jitter=on,shift=hybrid,spatial=0", 4, true),
-    chain("glass", "still=on,feedback=on", 3, false),
-    chain("ajar", "jitter=on,shift=footprint,spatial=0", 4, true),
-    chain("tower", "jitter=on,shift=hybrid", 3, true),
-    chain("sheets", "jitter=on,spatial=0", 4, true),
-    chain("moving", "jitter=on,shift=hybrid,spatial=0", 10, false),
-    chain("moving", "jitter=on,shift=replay", 10, true),
-    chain("moving-fast", "jitter=on,shift=hybrid,spatial=0", 6, false),
-    chain("moving", "jitter=on,shift=hybrid,spatial=0,changed=retrace", 10, false),
-    chain("moving-fast", "jitter=on,shift=footprint,spatial=0,changed=retrace", 6, true),
-    chain("toys", "jitter=on,shift=hybrid,spatial=0", 6, true),
-    chain("cornell-lens", "shift=hybrid", 4, true),
+    Chain::new("cornell", "jitter=on,shift=hybrid,feedback=on", 4, false),
+    Chain::new("cornell", "jitter=on,shift=footprint,spatial=0", 5, true),
+    Chain::new("cornell", "jitter=on,shift=replay,spatial=0,temporal_mis=pairwise-defensive", 4, true),
+    Chain::new("cornell", "jitter=on,shift=hybrid,feedback=off,spatial=2,neighbours=2,confidence_cap=3", 5, true),
+    Chain::new("cornell", "still=on,spatial=0", 4, false),
+    Chain::new("glossy", "jitter=on,shift=hybrid,spatial=0", 4, true),
+    Chain::new("glass", "jitter=on,shift=hybrid,spatial=0", 4, true),
+    Chain::new("glass", "still=on,feedback=on", 3, false),
+    Chain::new("ajar", "jitter=on,shift=footprint,spatial=0", 4, true),
+    Chain::new("tower", "jitter=on,shift=hybrid", 3, true),
+    Chain::new("sheets", "jitter=on,spatial=0", 4, true),
+    Chain::new("moving", "jitter=on,shift=hybrid,spatial=0", 10, false),
+    Chain::new("moving", "jitter=on,shift=replay", 10, true),
+    Chain::new("moving-fast", "jitter=on,shift=hybrid,spatial=0", 6, false),
+    Chain::new("moving", "jitter=on,shift=hybrid,spatial=0,changed=retrace", 10, false),
+    Chain::new("moving-fast", "jitter=on,shift=footprint,spatial=0,changed=retrace", 6, true),
+    Chain::new("toys", "jitter=on,shift=hybrid,spatial=0", 6, true),
+    Chain::new("cornell-lens", "shift=hybrid", 4, true),
 ];
 /// Independent chains.
 const RESTARTS: u32 = 192;
 
-impl Chain {
-    fn tests(&self, restarts: u32, change: Change) -> Result<(Vec<ZTest>, f64), Failed> {
-        let buffers = buffers(self.scene)?;
-        let technique = Trials::of("restir-pt")?.with(&[OF_CHAINS, self.settings].join(","))?;
-        let step = |frame: u32| DVec3::X * (0.03 * f64::from(frame));
-        let camera = |frame| Camera { position: buffers.camera.position + step(frame), ..buffers.camera };
-        let cameras: Vec<Camera> = if self.moves { (0..self.frames).map(camera).collect() } else { Vec::new() };
-        let of_restart = |seed: u32| {
-            let cameras = cameras.clone();
-            let render = Render { count: self.frames, seed, cameras, ..Render::new([SIDE; 2], technique.clone()) };
-            gained(changed(plan(&buffers, &render), change))
-        };
-        let all: Vec<_> = (0..restarts).into_par_iter().map(of_restart).collect::<Result<_, _>>()?;
-        let (mut sums, mut alone) = (vec![Moments::default(); all[0].0.len()], 0.0);
-        for (differences, own) in &all {
-            sums.iter_mut().zip(differences).for_each(|(sum, one)| sum.push(one.mean()));
-            alone += own / f64::from(restarts);
-        }
-        Ok((sums.into_iter().map(|moments| ZTest::new(moments, Moments::exact(0.0))).collect(), alone))
+/// What the last frame of a chain shows, against what that one's own paths do.
+fn of_chain(chain: &Chain, restarts: u32, change: Change) -> Result<(Vec<ZTest>, f64), Failed> {
+    let buffers = chain.buffers()?;
+    let technique = Trials::of("restir-pt")?.with(&[OF_CHAINS, chain.settings].join(","))?;
+    let cameras = chain.cameras(&buffers);
+    let of_restart = |seed: u32| {
+        let cameras = cameras.clone();
+        let render = Render { count: chain.frames, seed, cameras, ..Render::new([SIDE; 2], technique.clone()) };
+        gained(changed(plan(&buffers, &render), change))
+    };
+    let all: Vec<_> = (0..restarts).into_par_iter().map(of_restart).collect::<Result<_, _>>()?;
+    let (mut sums, mut alone) = (vec![Moments::default(); all[0].0.len()], 0.0);
+    for (differences, own) in &all {
+        sums.iter_mut().zip(differences).for_each(|(sum, one)| sum.push(one.mean()));
+        alone += own / f64::from(restarts);
     }
+    Ok((sums.into_iter().map(|moments| ZTest::new(moments, Moments::exact(0.0))).collect(), alone))
 }
 
 /// What the last frame of a chain shows is in the mean what its own paths show.
 fn chains_keep_the_mean() -> Result<(), Failed> {
     let mut family = Family::new("chains", FAMILY_RATE);
     for chain in &CHAINS {
-        let Chain { scene, settings, frames, moves } = chain;
-        let name = format!("{scene}, {settings}, {frames} frames, moves: {moves}");
-        let (tests, alone) = chain.tests(RESTARTS, |_| ())?;
+        let name = chain.title();
+        let (tests, alone) = of_chain(chain, RESTARTS, |_| ())?;
         let picture = &tests[tests.len() - 1];
         let noticed = picture.detectable_bias(FAMILY_RATE / NUMBERS_OF_CHAINS) / alone;
         println!("{name}: {:.1} standard errors, {noticed:.3} is noticed", picture.z);
@@ -328,14 +311,14 @@ fn between_frames(pass: &mut Pass, change: fn(&mut PtParams)) {
 }
 
 fn wrong_chains_are_seen() -> Result<(), Failed> {
-    const RETRACED: Chain = chain("moving-fast", "jitter=on,shift=hybrid,spatial=0,changed=retrace", 6, false);
+    const RETRACED: Chain = Chain::new("moving-fast", "jitter=on,shift=hybrid,spatial=0,changed=retrace", 6, false);
     let rows: [(&str, Chain, Change); 7] = [
         (
             "light that no longer arrives",
-            chain("moving", "jitter=on,shift=hybrid,spatial=0,changed=stale", 8, false),
+            Chain::new("moving", "jitter=on,shift=hybrid,spatial=0,changed=stale", 8, false),
             |_| (),
         ),
-        ("the last frame in this scene", chain("moving", "jitter=on,shift=hybrid,spatial=0", 10, false), |pass| {
+        ("the last frame in this scene", Chain::new("moving", "jitter=on,shift=hybrid,spatial=0", 10, false), |pass| {
             if pass.kernel.name == pt_shift::DESC.name {
                 between_frames(pass, |params| {
                     params.other_scene = params.scene;
@@ -345,7 +328,7 @@ fn wrong_chains_are_seen() -> Result<(), Failed> {
         }),
         (
             "what has moved between vertex k and its light",
-            chain("moving-fast", "jitter=on,shift=hybrid,spatial=0", 6, false),
+            Chain::new("moving-fast", "jitter=on,shift=hybrid,spatial=0", 6, false),
             |pass| {
                 if pass.kernel.name == pt_shift::DESC.name {
                     between_frames(pass, |params| {
@@ -377,18 +360,18 @@ fn wrong_chains_are_seen() -> Result<(), Failed> {
                 });
             }
         }),
-        ("the last frame from here", chain("cornell", "jitter=on,shift=hybrid,spatial=0", 4, true), |pass| {
+        ("the last frame from here", Chain::new("cornell", "jitter=on,shift=hybrid,spatial=0", 4, true), |pass| {
             if pass.kernel.name == pt_shift::DESC.name {
                 between_frames(pass, |params| params.flags = params.flags.without(Flags::BACK));
             }
         }),
-        ("a view that only seems still", chain("cornell", "still=on,jitter=on,spatial=0", 4, true), |pass| {
+        ("a view that only seems still", Chain::new("cornell", "still=on,jitter=on,spatial=0", 4, true), |pass| {
             between_frames(pass, |params| params.flags = params.flags | Flags::STILL);
         }),
     ];
     let mut unseen = Vec::new();
     for (name, chain, change) in rows {
-        let (tests, alone) = chain.tests(RESTARTS, change)?;
+        let (tests, alone) = of_chain(&chain, RESTARTS, change)?;
         let worst = tests.iter().max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())).ok_or("no tile")?;
         let picture = tests[tests.len() - 1].difference / alone;
         println!("{name}: {:.1} standard errors, {picture:+.4} of the picture", worst.z);

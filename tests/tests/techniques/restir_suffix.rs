@@ -2,17 +2,15 @@
 //! what a search of all points finds, and devices give the host's bits.
 
 use libtest_mimic::Failed;
-use restir_host::buffers::SceneBuffers;
 use restir_host::compact::{Sorting, sort};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{Buffer, FramePlan, Pass};
 use restir_host::render::Render;
-use restir_host::scene::Camera;
 use restir_kernels::restir_pt::{pt_merge, pt_shift};
 use restir_kernels::restir_suffix::{
     suffix_canonical, suffix_find, suffix_keep, suffix_pair, suffix_point, suffix_prefix, suffix_trace,
 };
-use restir_shared::glam::{DVec3, Vec3};
+use restir_shared::glam::Vec3;
 use restir_shared::layout::CameraParams;
 use restir_shared::resample::mutual::Record;
 use restir_shared::resample::params::{Flags, ReuseParams};
@@ -22,6 +20,7 @@ use restir_shared::technique::restir_suffix::{
     self, EndRule, MAX_BORROWED, Nearest, PrefixGrid, PrefixPoint, SuffixParams,
 };
 use restir_tests::bias::{film_moments, path_moments};
+use restir_tests::chain::Chain;
 use restir_tests::checks;
 use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
@@ -60,84 +59,53 @@ const DEPTH: u32 = 5;
 /// What is done to passes.
 type Change = fn(&mut Pass);
 
-/// Frames whose last one is compared.
-#[derive(Clone, Copy)]
-struct Chain {
-    scene: &'static str,
-    settings: &'static str,
-    frames: u32,
-    /// The camera moves.
-    moves: bool,
-}
-
-const fn chain(scene: &'static str, settings: &'static str, frames: u32, moves: bool) -> Chain {
-    Chain { scene, settings, frames, moves }
-}
-
 /// Rays do not go through the middles of pixels: in symmetrical scenes some of those end exactly where two walls meet.
 const COMMON: &str = "max_depth=5,jitter=on,sampler=independent";
 const CHAINS: [Chain; 9] = [
-    chain("cornell", "preset=mmis", 1, false),
-    chain("cornell", "prefixes=2,kept_for=3,spatial=2", 4, false),
-    chain("cornell", "prefixes=2,canonical=each,borrowed=4,feedback=off", 3, true),
-    chain("cornell", "min_segments=1,prefixes=1,borrowed=1", 3, false),
-    chain("ajar", "prefixes=4", 3, true),
-    chain("tower", "prefixes=2", 3, false),
-    chain("glass", "prefixes=2,borrowed=3", 3, false),
-    chain("glossy", "prefixes=2,shift=hybrid", 3, true),
-    chain("moving", "prefixes=2,kept_for=10", 6, true),
+    Chain::new("cornell", "preset=mmis", 1, false),
+    Chain::new("cornell", "prefixes=2,kept_for=3,spatial=2", 4, false),
+    Chain::new("cornell", "prefixes=2,canonical=each,borrowed=4,feedback=off", 3, true),
+    Chain::new("cornell", "min_segments=1,prefixes=1,borrowed=1", 3, false),
+    Chain::new("ajar", "prefixes=4", 3, true),
+    Chain::new("tower", "prefixes=2", 3, false),
+    Chain::new("glass", "prefixes=2,borrowed=3", 3, false),
+    Chain::new("glossy", "prefixes=2,shift=hybrid", 3, true),
+    Chain::new("moving", "prefixes=2,kept_for=10", 6, true),
 ];
 
-impl Chain {
-    fn title(&self) -> String {
-        let Self { scene, settings, frames, moves } = self;
-        format!("{scene}, {settings}, {frames} frames, moves: {moves}")
-    }
-
-    fn buffers(&self) -> Result<SceneBuffers, Failed> {
-        Ok(buffers(self.scene)?)
-    }
-
-    fn cameras(&self, scene: &SceneBuffers) -> Vec<Camera> {
-        let step = |frame: u32| DVec3::X * (0.03 * f64::from(frame));
-        let camera = |frame| Camera { position: scene.camera.position + step(frame), ..scene.camera };
-        if self.moves { (0..self.frames).map(camera).collect() } else { Vec::new() }
-    }
-
-    /// The last frame of independent chains.
-    fn last_frames(&self, restarts: u32, change: Change) -> Result<Vec<Moments>, Failed> {
-        let scene = self.buffers()?;
-        let technique = Trials::of("restir-suffix")?.with(&[self.settings, COMMON].join(","))?;
-        film_moments(GRID, restarts, |seed| {
-            let cameras = self.cameras(&scene);
-            let size = [GRID.width, GRID.height];
-            let render = Render { count: self.frames, seed, cameras, ..Render::new(size, technique.clone()) };
-            film(changed(plan(&scene, &render), change))
-        })
-    }
-
-    /// The same moment by path tracing.
-    fn path_traced(&self) -> Result<Vec<Moments>, Failed> {
-        let scene = self.buffers()?;
+/// The last frame of independent chains.
+fn last_frames(chain: &Chain, restarts: u32, change: Change) -> Result<Vec<Moments>, Failed> {
+    let scene = chain.buffers()?;
+    let technique = Trials::of("restir-suffix")?.with(&[chain.settings, COMMON].join(","))?;
+    film_moments(GRID, restarts, |seed| {
+        let cameras = chain.cameras(&scene);
         let size = [GRID.width, GRID.height];
-        let moved = scene.at(f64::from(self.frames - 1))?;
-        let camera = self.cameras(&scene).last().copied().unwrap_or(moved.camera).params(size[0], size[1]);
-        let flags = PathFlags::JITTER;
-        let params = PathParams { seed: REFERENCE_SEED, camera, flags, ..path_params(&moved, size, DEPTH) };
-        Ok(path_moments(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params))
-    }
+        let render = Render { count: chain.frames, seed, cameras, ..Render::new(size, technique.clone()) };
+        film(changed(plan(&scene, &render), change))
+    })
+}
 
-    fn compare(&self, restarts: u32, change: Change) -> Result<Verdict, Failed> {
-        let test = TileTest { grid: GRID, family_rate: FAMILY_RATE / CHAINS.len() as f64 };
-        Ok(test.compare(&self.last_frames(restarts, change)?, &self.path_traced()?))
-    }
+/// The same moment by path tracing.
+fn path_traced(chain: &Chain) -> Result<Vec<Moments>, Failed> {
+    let scene = chain.buffers()?;
+    let size = [GRID.width, GRID.height];
+    let moved = scene.at(f64::from(chain.frames - 1))?;
+    let camera = chain.cameras(&scene).last().copied().unwrap_or(moved.camera).params(size[0], size[1]);
+    let flags = PathFlags::JITTER;
+    let params = PathParams { seed: REFERENCE_SEED, camera, flags, ..path_params(&moved, size, DEPTH) };
+    Ok(path_moments(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params))
+}
+
+fn compare(chain: &Chain, restarts: u32, change: Change) -> Result<Verdict, Failed> {
+    let test = TileTest { grid: GRID, family_rate: FAMILY_RATE / CHAINS.len() as f64 };
+    Ok(test.compare(&last_frames(chain, restarts, change)?, &path_traced(chain)?))
 }
 
 /// The last frame of a chain is in the mean what path tracing finds, in all tiles and channels.
 fn frames_have_the_mean_of_path_tracing() -> Result<(), Failed> {
     let mut biased = Vec::new();
     for chain in &CHAINS {
-        let verdict = chain.compare(RESTARTS, |_| ())?;
+        let verdict = compare(chain, RESTARTS, |_| ())?;
         println!("{}: {verdict}", chain.title());
         biased.extend((!verdict.passed()).then(|| chain.title()));
     }
@@ -152,7 +120,7 @@ fn of_kernel<P: bytemuck::Pod>(pass: &mut Pass, name: &str, change: impl Fn(&mut
 }
 
 fn what_is_wrong_is_seen() -> Result<(), Failed> {
-    const FRESH: Chain = chain("cornell", "preset=mmis", 1, false);
+    const FRESH: Chain = Chain::new("cornell", "preset=mmis", 1, false);
     // what is wrong, in which chain, over how many times as many restarts, and what makes it so
     let rows: [(&str, Chain, u32, Change); 5] = [
         ("no canonical suffix", FRESH, 1, |pass| {
@@ -165,7 +133,7 @@ fn what_is_wrong_is_seen() -> Result<(), Failed> {
         }),
         (
             "lenders whose confidence the canonical suffix does not know",
-            chain("cornell", "kept_for=1000", 4, false),
+            Chain::new("cornell", "kept_for=1000", 4, false),
             1,
             |pass| {
                 of_kernel(pass, suffix_canonical::DESC.name, |params: &mut SuffixParams| params.confidence_cap = 1.0);
@@ -174,7 +142,7 @@ fn what_is_wrong_is_seen() -> Result<(), Failed> {
         // the canonical suffix is drawn by the numbers by which its prefix was: the seeds differ by what tells the two apart
         (
             "a suffix that shares random numbers with its prefix",
-            chain("cornell", "preset=mmis,prefixes=1", 1, false),
+            Chain::new("cornell", "preset=mmis,prefixes=1", 1, false),
             6,
             |pass| {
                 of_kernel(pass, suffix_trace::DESC.name, |params: &mut PtParams| {
@@ -187,7 +155,7 @@ fn what_is_wrong_is_seen() -> Result<(), Failed> {
         ),
         (
             "the last frame's suffixes where they did not begin",
-            chain("cornell", "kept_for=1,prefixes=2,spatial=0", 4, false),
+            Chain::new("cornell", "kept_for=1,prefixes=2,spatial=0", 4, false),
             1,
             |pass| {
                 of_kernel(pass, pt_merge::DESC.name, |params: &mut PtParams| {
@@ -198,7 +166,7 @@ fn what_is_wrong_is_seen() -> Result<(), Failed> {
     ];
     let mut unseen = Vec::new();
     for (name, chain, times, change) in rows {
-        let verdict = chain.compare(times * RESTARTS, change)?;
+        let verdict = compare(&chain, times * RESTARTS, change)?;
         println!("{name}: {verdict}");
         unseen.extend(verdict.passed().then_some(name));
     }
@@ -389,10 +357,10 @@ fn pairs_are_mutual_and_near() -> Result<(), Failed> {
 }
 
 /// Sixteen frames of a camera that moves.
-fn on_device(executor: &mut dyn Executor, scene: &str) -> Result<(), Failed> {
-    let chain = Chain { scene: "", settings: "", frames: 16, moves: true };
-    let scene = buffers(scene)?;
-    let technique = Trials::of("restir-suffix")?.with("prefixes=2,max_depth=5")?;
+fn on_device(executor: &mut dyn Executor, scene: &'static str) -> Result<(), Failed> {
+    let chain = Chain::new(scene, "prefixes=2,max_depth=5", 16, true);
+    let scene = chain.buffers()?;
+    let technique = Trials::of("restir-suffix")?.with(chain.settings)?;
     let cameras = chain.cameras(&scene);
     let render = Render { count: chain.frames, seed: 3, cameras, ..Render::new([18, 12], technique) };
     let host = trace(&mut CpuExecutor::new()?, plan(&scene, &render))?;

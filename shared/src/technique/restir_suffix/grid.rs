@@ -37,7 +37,7 @@ const PAIRS: u32 = stream(5);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PrefixPoint {
-    /// World position.
+    /// World position, in diagonals of the scene's bounds: in any unit of length points have the same cells.
     pub position: [f32; 3],
     /// In the low 8 bits the level, the biased exponent of the radius, which is 0 if there is no prefix; above it the octahedral coordinates of
     /// the normal on the path's side, 12 bits each.
@@ -61,12 +61,14 @@ impl PrefixPoint {
     pub fn of(params: &SuffixParams, position: Vec3, normal: Vec3, reach: f32) -> Self {
         let code = encode_unit_vector(normal);
         let normal = ((code >> 4) & 0xfff) | ((code >> 20) << 12);
-        let radius = num::clamp(params.search_radius(reach), LEAST_RADIUS, GREATEST_RADIUS);
+        let scale = params.per_diagonal();
+        let radius = num::clamp(params.search_radius(reach * scale), LEAST_RADIUS, GREATEST_RADIUS);
         let level = if reach > 0.0 { (radius * SQRT_2).to_bits() >> 23 } else { 0 };
-        Self { position: position.to_array(), word: (normal << 8) | level }
+        Self { position: (position * scale).to_array(), word: (normal << 8) | level }
     }
 
-    /// The same beside it.
+    /// For tests: the same beside it.
+    #[doc(hidden)]
     #[must_use]
     pub fn beside(&self, by: Vec3) -> Self {
         Self { position: (Vec3::from_array(self.position) + by).to_array(), ..*self }
@@ -270,6 +272,13 @@ impl SuffixParams {
         let of = |axis: [f32; 3]| length(Vec3::from_array(axis));
         let pixel = num::div(2.0 * of(self.camera.up), of(self.camera.forward) * self.height as f32);
         self.radius * reach * pixel
+    }
+
+    /// One over the diagonal of the scene's bounds; 1 of a scene that tells none.
+    #[inline(always)]
+    fn per_diagonal(&self) -> f32 {
+        let diagonal = length(Vec3::from_array(self.scene.bounds_hi) - Vec3::from_array(self.scene.bounds_lo));
+        if diagonal > 0.0 { num::recip(diagonal) } else { 1.0 }
     }
 }
 
