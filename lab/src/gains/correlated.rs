@@ -15,7 +15,7 @@ use restir_shared::technique::restir_pt::PackedPath;
 use super::{FRAMES, study};
 
 /// Samples of path tracing in place of a frame.
-const SAMPLES: u32 = 16;
+pub(super) const SAMPLES: u32 = 16;
 /// Independent chains.
 const CHAINS: u32 = 3;
 /// Pixels at this distance still count as neighbours.
@@ -100,7 +100,7 @@ fn samples(scene: &SceneBuffers, size: [u32; 2], chain: u32) -> Result<Vec<Image
 }
 
 /// Values over what relMSE divides their errors by, no farther from the truth than [`LARGEST`].
-fn limited(image: &Image, truth: &Image) -> Image {
+pub(super) fn limited(image: &Image, truth: &Image) -> Image {
     let values = truth.pixels.as_flattened();
     let mean = values.iter().copied().map(f64::from).sum::<f64>() / values.len() as f64;
     let of_value = |x: f32, r: f32| {

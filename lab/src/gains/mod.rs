@@ -6,6 +6,7 @@ mod moving;
 mod parts;
 mod report;
 mod study;
+mod uncovered;
 
 use std::time::Instant;
 
@@ -24,6 +25,7 @@ use crate::{Error, flip, report::publish, time::thread_seconds};
 use correlated::Correlated;
 use parts::Part;
 use study::{Pictured, Study};
+use uncovered::Uncovered;
 
 /// Frames of a chain.
 const FRAMES: u32 = 16;
@@ -119,6 +121,7 @@ struct View {
     rows: Vec<Row>,
     /// Of views that stand still.
     correlated: Vec<Correlated>,
+    uncovered: Vec<Uncovered>,
     parts: Vec<Part>,
 }
 
@@ -158,6 +161,7 @@ impl View {
         let correlates = !study.correlated.is_empty() && !pictured.orbits;
         let correlated =
             if correlates { Correlated::all(trials[0].scene, &truth, study.correlated)? } else { Vec::new() };
+        let uncovered = if pictured.orbits { Vec::new() } else { Uncovered::all(trials[0].scene, study.uncovered)? };
         Ok(Self {
             name: pictured.name(),
             path: path.iter().map(|judged| judged.rel_mse).collect(),
@@ -165,6 +169,7 @@ impl View {
             sample: costs[SAMPLES.len() - 1],
             rows: rows.collect(),
             correlated,
+            uncovered,
             parts,
         })
     }

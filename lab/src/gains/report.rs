@@ -4,14 +4,17 @@ use std::fmt::Write as _;
 
 use restir_cli::trial::Estimate;
 
-use super::{Cost, FRAMES, Options, Part, Row, SAMPLES, SETTLED, Study, TRUE_SAMPLES, View, moving};
+use super::{
+    Cost, FRAMES, Options, Part, Row, SAMPLES, SETTLED, Study, TRUE_SAMPLES, View, correlated, moving, uncovered,
+};
 use crate::flip::PIXELS_PER_DEGREE;
 
 pub(super) fn markdown(options: &Options, study: &Study, views: &[View], moving: &[moving::Row]) -> String {
     let mut text = heading(options, study);
     views.iter().for_each(|view| text += &section(view));
     let text = if study.moving { text + "\n" + &where_things_move(moving) } else { text };
-    if study.correlated.is_empty() { text } else { text + &correlations(views) }
+    let text = if study.correlated.is_empty() { text } else { text + &correlations(views) };
+    if study.uncovered.is_empty() { text } else { text + &what_comes_into_view(views) }
 }
 
 /// One setting beside the other; path tracing has no part in it.
@@ -129,13 +132,8 @@ fn correlations(views: &[View]) -> String {
          | scene | settings | neighbours | next frame | VIF | copies |\n|---|---|---:|---:|---:|---:|\n"
     );
     for (view, of) in views.iter().flat_map(|view| view.correlated.iter().map(move |of| (view, of))) {
-        let (settings, copied) = match of.settings {
-            None => ("path tracing, 16 samples".to_owned(), String::new()),
-            Some((technique, settings)) => {
-                let copied = of.copied.map_or_else(String::new, |copied| format!("{:.0} %", 100.0 * copied));
-                (format!("{technique}, {}", named(settings)), copied)
-            }
-        };
+        let settings = described(of.settings);
+        let copied = of.copied.map_or_else(String::new, |copied| format!("{:.0} %", 100.0 * copied));
         let _ = writeln!(
             text,
             "| {} | {settings} | {:.3} | {:.3} | {:.1} | {copied} |",
@@ -143,4 +141,40 @@ fn correlations(views: &[View]) -> String {
         );
     }
     text
+}
+
+fn what_comes_into_view(views: &[View]) -> String {
+    let mut text = format!(
+        "\n## What comes into view\n\n\
+         The last of {FRAMES} frames of a pan of {} pixels a frame, of {} x {} pixels: mean squared errors, limited as above, of surfaces that the \
+         frame before did not see, and of all others. Some surfaces are harder to render than others for any technique, so the last column is what \
+         counts: the quotient over that of path tracing. It is 1 of a technique that needs no history.\n\n\
+         | scene | settings | new | others | quotient | over path tracing's |\n|---|---|---:|---:|---:|---:|\n",
+        uncovered::STEP,
+        uncovered::SIZE[0],
+        uncovered::SIZE[1],
+    );
+    for view in views {
+        for of in &view.uncovered {
+            let settings = described(of.settings);
+            let over = of.ratio() / view.uncovered[0].ratio();
+            let _ = writeln!(
+                text,
+                "| {} | {settings} | {:.4} | {:.4} | {:.2} | {over:.2} |",
+                view.name,
+                of.new,
+                of.seen,
+                of.ratio()
+            );
+        }
+    }
+    text
+}
+
+/// A technique and its settings; nothing of path tracing.
+fn described(settings: Option<(&str, &str)>) -> String {
+    match settings {
+        None => format!("path tracing, {} samples", correlated::SAMPLES),
+        Some((technique, settings)) => format!("{technique}, {}", named(settings)),
+    }
 }

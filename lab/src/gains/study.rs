@@ -66,6 +66,8 @@ pub(super) struct Study {
     pub(super) settings: &'static [(&'static str, bool)],
     /// Techniques and settings of which is looked at what errors have in common, too.
     pub(super) correlated: &'static [(&'static str, &'static str)],
+    /// Techniques and settings of which is looked at how noisy surfaces are that come into view.
+    pub(super) uncovered: &'static [(&'static str, &'static str)],
     /// What changes of a scene do to it is measured, too.
     pub(super) moving: bool,
     /// The settings of path tracing where it renders a part of the picture.
@@ -117,6 +119,7 @@ pub(super) const PATHS: Study = Study {
         ("restir-pt", "feedback=on"),
         ("restir-pt", "preset=published"),
     ],
+    uncovered: &[],
     moving: true,
     part_of_path: "",
     parts: &[],
@@ -137,8 +140,10 @@ pub(super) const SUFFIXES: Study = Study {
         ("borrowed=1", false),
         ("borrowed=3", false),
         ("borrowed=4", false),
-        ("canonical=each", false),
-        ("prefixes=16,canonical=each", false),
+        ("canonical=1", false),
+        ("prefixes=8,canonical=8", false),
+        ("prefixes=16,canonical=16", false),
+        ("prefixes=16,canonical=1", false),
         ("radius=2", false),
         ("spatial=0", false),
         ("spatial=2", false),
@@ -157,6 +162,13 @@ pub(super) const SUFFIXES: Study = Study {
         ("restir-suffix", "prefixes=8"),
         ("restir-suffix", "spatial=2"),
         ("restir-suffix", "feedback=on"),
+        ("restir-suffix", "preset=mmis"),
+        ("restir-pt", ""),
+        ("restir-pt", "feedback=on"),
+    ],
+    uncovered: &[
+        ("restir-suffix", ""),
+        ("restir-suffix", "prefixes=8"),
         ("restir-suffix", "preset=mmis"),
         ("restir-pt", ""),
         ("restir-pt", "feedback=on"),
@@ -198,6 +210,7 @@ pub(super) const SUBSURFACE: Study = Study {
         ("preset=pathtracing", false),
     ],
     correlated: &[],
+    uncovered: &[],
     moving: false,
     part_of_path: "jitter=off,max_depth=3,subsurface=hybrid,profile_paths=off,segments=1",
     parts: &[

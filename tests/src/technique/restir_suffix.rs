@@ -6,7 +6,7 @@ use super::{Cases, Known, Matrix, NOTHING, Row, row};
 pub(super) const KNOWN: Known = Known {
     lengths: &["min_distance"],
     rows: &[
-        ("a canonical suffix each, four borrowed, jitter", "canonical=each,borrowed=4,prefixes=2,jitter=on"),
+        ("a canonical suffix each, four borrowed, jitter", "canonical=1,borrowed=4,prefixes=2,jitter=on"),
         ("prefixes of one segment", "min_segments=1,borrowed=1,spatial=0"),
     ],
     cases: Cases { common: "prefixes=2,max_depth=6", rows: &ROWS, ..NOTHING.cases },
@@ -22,13 +22,13 @@ pub(super) const KNOWN: Known = Known {
 };
 
 /// Fresh suffixes, time alone, and all with lenders that have to agree.
-const CELLS: [&str; 3] = ["preset=mmis", "spatial=0,borrowed=1,canonical=each,prefixes=2", "borrowed=3,feedback=off,kept_for=4"];
+const CELLS: [&str; 3] = ["preset=mmis", "spatial=0,borrowed=1,canonical=1,prefixes=2", "borrowed=3,feedback=off,kept_for=4"];
 
 /// Every kind of light and of surface.
 const ROWS: [Row; 7] = [
     row("defaults", "cornell", 3, ""),
     row("an environment", "tower", 2, "borrowed=1"),
-    row("long prefixes", "glass", 3, "borrowed=3,canonical=each"),
+    row("long prefixes", "glass", 3, "borrowed=3,canonical=1"),
     row("all lights, hybrid", "all-lights", 2, "shift=hybrid,jitter=on"),
     row("blended, short prefixes", "sheets", 2, "min_segments=1"),
     row("things move", "moving", 6, "kept_for=3,spatial=2,feedback=off"),

@@ -22,7 +22,7 @@
 mod plan;
 mod settings;
 
-pub use settings::{Canonical, SuffixSettings};
+pub use settings::SuffixSettings;
 
 use super::inspect::Inspect;
 use super::{About, Diagnose, Integral, PixelFilter, Repeats, Technique};

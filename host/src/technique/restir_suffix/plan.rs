@@ -1,6 +1,6 @@
 //! The passes of suffix ReSTIR.
 
-use super::{Canonical, SuffixSettings};
+use super::SuffixSettings;
 use crate::Error;
 use crate::compact::{Sorting, sort};
 use crate::plan::BufferId;
@@ -157,7 +157,7 @@ impl SuffixPasses {
             self.shift(queue, now, params, &params.path, Asks::CROSSED, &[lent, ("results", crossed)]);
         }
         queue.push(now, &suffix::suffix_gather::DESC, params, &[lent, film]);
-        if params.prefix == 0 || self.settings.canonical == Canonical::Each {
+        if params.prefix.is_multiple_of(self.settings.canonical) {
             let (of_canonical, canonical) = (params.canonical(), ("reservoirs", self.canonical));
             queue.push(now, &suffix::suffix_trace::DESC, &of_canonical, &[canonical, ("origins", self.ends)]);
             self.ask(queue, now, params, Asks::CANONICAL);
@@ -212,7 +212,6 @@ impl SuffixSettings {
             confidence_cap: self.confidence_cap as f32,
             ..ReuseParams::default()
         };
-        let is_one = self.canonical == Canonical::One;
         SuffixParams {
             path: PtParams { reuse, max_depth: self.max_depth, ..PtParams::default() },
             ends: self.end_rule(),
@@ -220,7 +219,7 @@ impl SuffixSettings {
             borrowed: self.borrowed,
             radius: self.radius,
             kept_for: self.kept_for as f32,
-            canonical_share: if is_one { 1.0 } else { 1.0 / self.prefixes as f32 },
+            canonical_share: 1.0 / self.prefixes.div_ceil(self.canonical) as f32,
             ..SuffixParams::default()
         }
     }
@@ -254,7 +253,7 @@ mod tests {
             (0..3).flat_map(|spatial| (1..=MAX_BORROWED).flat_map(move |k| (0..8_u32).map(move |bits| (spatial, k, bits))))
         {
             let on = |bit: u32| bits >> bit & 1 == 1;
-            let canonical = if on(2) { Canonical::Each } else { Canonical::One };
+            let canonical = if on(2) { 1 } else { 4 };
             let settings = SuffixSettings {
                 spatial,
                 borrowed,

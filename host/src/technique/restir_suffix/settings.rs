@@ -1,7 +1,7 @@
 //! Settings of suffix ReSTIR.
 
 use crate::technique::restir_pt::{MAX_CONFIDENCE_CAP, MAX_DEPTH, PtSettings, Shift};
-use crate::{choices, settings};
+use crate::settings;
 use restir_shared::resample::params::Flags;
 use restir_shared::rng::Sampler;
 use restir_shared::shift::Hybrid;
@@ -14,16 +14,6 @@ const MAX_ROUNDS: u32 = 4;
 /// Longest time for which a supporting prefix is kept.
 const MAX_KEPT: u32 = 1 << 16;
 
-choices! {
-    /// Which integration prefixes have a canonical suffix.
-    pub enum Canonical {
-        /// One of a pixel's: its suffix counts for all of them (roulette).
-        "one" => One,
-        /// Each of them.
-        "each" => Each,
-    }
-}
-
 settings! {
     /// Settings of suffix ReSTIR. The defaults are unbiased.
     pub struct SuffixSettings {
@@ -33,8 +23,8 @@ settings! {
         prefixes: u32 = 4, in 1..=MAX_PREFIXES, unit "prefixes";
         /// Suffixes that an integration prefix borrows: those of the supporting prefixes that end nearest. Of k it takes k² + k shifts.
         borrowed: u32 = 2, in 1..=MAX_BORROWED, unit "suffixes";
-        /// Which integration prefixes have a suffix of their own, too.
-        canonical: Canonical = Canonical::One;
+        /// One of so many integration prefixes has a suffix of its own, too, which counts for all of them (roulette): with 1 each has.
+        canonical: u32 = 4, in 1..=MAX_PREFIXES, unit "prefixes";
         /// How far away from the end of an integration prefix supporting ones may end: so many pixels, as seen at the length of the prefix, up to a factor of the root of 2.
         radius: f32 = 4.0, in 0.0..=1.0e3, unit "pixels";
         /// Prefixes have at least so many segments, the camera ray among them. With 1 all end at what the camera sees.
@@ -79,7 +69,14 @@ settings! {
     presets {
         "quality" => Self::default(),
         "mmis" => Self { temporal: false, spatial: 0, borrowed: 3, ..Self::default() },
-        "published" => Self { borrowed: 1, radius: 2.0, shift: Shift::Hybrid, feedback: true, ..Self::default() },
+        "published" => Self {
+            borrowed: 1,
+            canonical: MAX_PREFIXES,
+            radius: 2.0,
+            shift: Shift::Hybrid,
+            feedback: true,
+            ..Self::default()
+        },
     }
 }
 

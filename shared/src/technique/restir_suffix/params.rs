@@ -29,7 +29,7 @@ pub struct SuffixParams {
     pub buckets: u32,
     /// Which shifts a pass asks for.
     pub asks: Asks,
-    /// What a canonical suffix counts: 1 where one of a pixel's prefixes has one, as it stands for all of them, and `1 / prefixes` where each has.
+    /// What a canonical suffix counts: one over how many of a pixel's prefixes have one, as these stand for the others, too.
     pub canonical_share: f32,
 }
 
