@@ -8,6 +8,7 @@ pub(super) const KNOWN: Known = Known {
     rows: &[
         ("a canonical suffix each, four borrowed, jitter", "canonical=1,borrowed=4,prefixes=2,jitter=on"),
         ("prefixes of one segment", "min_segments=1,borrowed=1,spatial=0"),
+        ("direct light by restir-di", "direct=restir-di,prefixes=2"),
     ],
     cases: Cases { common: "prefixes=2,max_depth=6", rows: &ROWS, ..NOTHING.cases },
     matrix: Matrix {
@@ -21,8 +22,13 @@ pub(super) const KNOWN: Known = Known {
     ..NOTHING
 };
 
-/// Fresh suffixes, time alone, and all with lenders that have to agree.
-const CELLS: [&str; 3] = ["preset=mmis", "spatial=0,borrowed=1,canonical=1,prefixes=2", "borrowed=3,feedback=off,kept_for=4"];
+/// Fresh suffixes, time alone, all with lenders that have to agree, and with direct light by another technique.
+const CELLS: [&str; 4] = [
+    "preset=mmis",
+    "spatial=0,borrowed=1,canonical=1,prefixes=2",
+    "borrowed=3,feedback=off,kept_for=4",
+    "feedback=on,direct=restir-di",
+];
 
 /// Every kind of light and of surface.
 const ROWS: [Row; 7] = [

@@ -61,7 +61,7 @@ type Change = fn(&mut Pass);
 
 /// Rays do not go through the middles of pixels: in symmetrical scenes some of those end exactly where two walls meet.
 const COMMON: &str = "max_depth=5,jitter=on,sampler=independent";
-const CHAINS: [Chain; 9] = [
+const CHAINS: [Chain; 11] = [
     Chain::new("cornell", "preset=mmis", 1, false),
     Chain::new("cornell", "prefixes=3,canonical=2,kept_for=3,spatial=2", 4, false),
     Chain::new("cornell", "prefixes=2,canonical=1,borrowed=4,feedback=off", 3, true),
@@ -71,6 +71,8 @@ const CHAINS: [Chain; 9] = [
     Chain::new("glass", "prefixes=2,borrowed=3", 3, false),
     Chain::new("glossy", "prefixes=2,shift=hybrid", 3, true),
     Chain::new("moving", "prefixes=2,kept_for=10", 6, true),
+    Chain::new("cornell", "prefixes=2,direct=restir-di", 3, true),
+    Chain::new("glossy", "min_segments=1,prefixes=1,direct=restir-di", 2, false),
 ];
 
 /// The last frame of independent chains.

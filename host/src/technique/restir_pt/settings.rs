@@ -60,12 +60,26 @@ impl Direct {
     }
 
     /// The technique that does it instead, with its default settings, if it is another one and can.
-    pub(super) fn technique(self, integral: &Integral) -> Option<Box<dyn Technique>> {
+    pub(in crate::technique) fn technique(self, integral: &Integral) -> Option<Box<dyn Technique>> {
         technique::named(self.0?).ok()?.for_direct_light(integral)
     }
 
-    pub(super) fn is_unified(self) -> bool {
+    pub(in crate::technique) fn is_unified(self) -> bool {
         self.0.is_none()
+    }
+
+    /// Whether paths of up to `max_depth` segments have direct light.
+    ///
+    /// # Errors
+    /// [`Error::ConflictingSettings`] if another technique is to find some, and there is none.
+    pub(in crate::technique) fn check_depth(self, max_depth: u32) -> Result<(), Error> {
+        if self.is_unified() || max_depth >= 2 {
+            return Ok(());
+        }
+        let problem = format!(
+            "paths of {max_depth} segment have no direct light; give max_depth=2 or more, or direct=unified"
+        );
+        Err(Error::ConflictingSettings { settings: &["direct", "max_depth"], problem })
     }
 }
 
@@ -178,14 +192,7 @@ impl PtSettings {
             let expected = "a power of two, as 4, 8 or 16".to_owned();
             return Err(Error::InvalidValue { setting: "tile", value: self.tile.to_string(), expected });
         }
-        if !self.direct.is_unified() && self.max_depth < 2 {
-            let problem = format!(
-                "paths of {} segment have no direct light; give max_depth=2 or more, or direct=unified",
-                self.max_depth
-            );
-            return Err(Error::ConflictingSettings { settings: &["direct", "max_depth"], problem });
-        }
-        Ok(())
+        self.direct.check_depth(self.max_depth)
     }
 
     /// Where paths are joined, in a scene that has blended surfaces or not.

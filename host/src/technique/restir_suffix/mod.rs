@@ -51,12 +51,16 @@ impl Technique for SuffixSettings {
         Integral { max_depth, jitter, filter: PixelFilter::Box, multiscatter }
     }
 
-    fn check(&self, scene: &SceneBuffers, _repeats: u32) -> Result<(), Error> {
+    fn check(&self, scene: &SceneBuffers, repeats: u32) -> Result<(), Error> {
+        self.direct.check_depth(self.max_depth)?;
+        if let Some(direct) = self.direct.technique(&self.integral()) {
+            direct.check(scene, repeats)?;
+        }
         scene.check_addresses()
     }
 
     fn looks_back(&self) -> bool {
-        self.temporal
+        self.temporal || self.direct.technique(&self.integral()).is_some_and(|direct| direct.looks_back())
     }
 }
 
@@ -67,6 +71,10 @@ impl Diagnose for SuffixSettings {
 
     fn reuses(&self) -> bool {
         true
+    }
+
+    fn biases(&self) -> Vec<&'static str> {
+        self.direct.technique(&self.integral()).map_or_else(Vec::new, |direct| direct.biases())
     }
 
     fn leaves_out(&self, scene: &SceneBuffers) -> Option<&'static str> {

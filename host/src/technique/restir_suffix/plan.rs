@@ -9,7 +9,7 @@ use crate::technique::reuse::Specialises;
 use crate::technique::reuse::chain::{Chain, Passes, Queue, Reuses, of_frame};
 use crate::technique::reuse::mutual::{Layers, Mutual, with_last};
 use crate::technique::reuse::planes::{Planes, Turns};
-use crate::technique::sequence::{Frame, Stage};
+use crate::technique::sequence::{Frame, Stage, Within};
 use restir_kernels::restir_pt as pt;
 use restir_kernels::restir_suffix as suffix;
 use restir_shared::layout::{CameraParams, FEATURE_BLEND};
@@ -30,7 +30,9 @@ impl Specialises for SuffixParams {
 pub(super) fn chain(settings: &SuffixSettings, stage: &Stage) -> Chain<SuffixPasses> {
     let history = settings.temporal && stage.goes_on;
     let reuses = Reuses { in_time: history, in_space: settings.spatial, feedback: settings.feedback, shadings: 1 };
-    let mut planes = Planes::new(stage, None);
+    // who finds paths of up to two segments, if it is another technique
+    let direct = settings.direct.technique(&settings.integral());
+    let mut planes = Planes::new(stage, direct.map(|technique| Within::new(&*technique, stage, 1)));
     let [borrowed, crossings] = [Asks::BORROWED, Asks::CROSSED].map(|asks| asks.layers(settings.borrowed) as usize);
     let layers = Layers { requests: crossings.max(borrowed), results: borrowed };
     let kernels = [&pt::pt_shift::DESC, &pt::pt_merge::DESC];
@@ -121,12 +123,16 @@ impl Passes for SuffixPasses {
     }
 
     fn shade(&self, queue: &mut Queue, now: &Frame) {
+        let direct = queue.push_within(now);
         if now.adds {
             let suffixes = queue.work();
             queue.shade(|queue, film| {
                 for prefix in 0..self.settings.prefixes {
                     let params = SuffixParams { prefix, ..self.params(now) };
                     self.integrate(queue, now, &params, suffixes, film);
+                }
+                if let Some(direct) = direct {
+                    queue.push_sum(direct, film);
                 }
             });
         }
@@ -231,6 +237,8 @@ mod tests {
     use crate::buffers::SceneBuffers;
     use crate::plan::Buffer;
     use crate::render::Render;
+    use crate::settings::Value;
+    use crate::technique::restir_pt::Direct;
     use crate::technique::reuse::unused;
     use restir_shared::technique::restir_suffix::MAX_BORROWED;
 
@@ -266,6 +274,18 @@ mod tests {
             for (count, accumulate) in [(1, false), (4, false), (4, true)] {
                 let render = Render { count, accumulate, ..Render::new([8, 6], settings.clone()) };
                 assert!(unused(render.plan(&scene)).is_empty(), "{render:?}");
+            }
+        }
+    }
+
+    /// The picture of the technique that finds direct light is read, whichever that is.
+    #[test]
+    fn another_technique_finds_direct_light() {
+        for direct in crate::technique::all().iter().filter_map(|technique| Direct::read(technique.about().name)) {
+            for (accumulate, temporal) in [(false, true), (true, false)] {
+                let settings = settings(|s| (s.direct, s.temporal) = (direct, temporal));
+                let render = Render { count: 3, accumulate, ..Render::new([16, 12], settings) };
+                assert!(unused(render.plan(&scene())).is_empty(), "{render:?}");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Settings of suffix ReSTIR.
 
-use crate::technique::restir_pt::{MAX_CONFIDENCE_CAP, MAX_DEPTH, PtSettings, Shift};
+use crate::technique::restir_pt::{Direct, MAX_CONFIDENCE_CAP, MAX_DEPTH, PtSettings, Shift};
 use crate::settings;
 use restir_shared::resample::params::Flags;
 use restir_shared::rng::Sampler;
@@ -19,6 +19,8 @@ settings! {
     pub struct SuffixSettings {
         /// Longest path: 1 is directly visible emission, 2 adds direct light.
         max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
+        /// Who finds paths of up to two segments: this technique by path tracing, as unified, or another one.
+        direct: Direct = Direct::UNIFIED;
         /// Integration prefixes of a pixel and frame: paths from the camera to where suffixes are borrowed. Time grows with their number, and noise falls.
         prefixes: u32 = 4, in 1..=MAX_PREFIXES, unit "prefixes";
         /// Suffixes that an integration prefix borrows: those of the supporting prefixes that end nearest. Of k it takes k² + k shifts.
@@ -98,6 +100,7 @@ impl SuffixSettings {
     pub(super) fn flags(&self) -> Flags {
         let jitter = if self.jitter { Flags::JITTER } else { Flags::default() };
         let sobol = if self.sampler == Sampler::Sobol { Flags::SOBOL } else { Flags::default() };
-        jitter | sobol
+        let indirect = if self.direct.is_unified() { Flags::default() } else { Flags::INDIRECT_ONLY };
+        jitter | sobol | indirect
     }
 }

@@ -94,7 +94,8 @@ fn traced<S: Trace + Surface + AddressedLights, const SUFFIX: bool>(
     let keep = Selection {
         rng: *numbers.rng(),
         count: 0,
-        indirect: params.has(Flags::INDIRECT_ONLY),
+        // what goes on from a second vertex has more segments
+        indirect: params.has(Flags::INDIRECT_ONLY) & (!SUFFIX | (origin.segments() < 2)),
         reservoir: Reservoir::empty(Candidate::NONE),
         value: Vec3::ZERO,
         direct: Vec3::ZERO,

@@ -9,7 +9,7 @@ use crate::layout::FilmPixel;
 use crate::resample::params::Flags;
 use crate::resample::similar::{GBufferSurface, PackedSurface};
 use crate::rng::Rng;
-use crate::scene::{Lights, Surface, SurfacePoint, Trace};
+use crate::scene::{EnvironmentPoint, Lights, Surface, SurfacePoint, Trace};
 use crate::shift::PathOrigin;
 use crate::technique::path::{Receiver, Walk};
 use crate::transport::{Departure, Vertex};
@@ -50,7 +50,11 @@ pub struct Prefix {
 struct Ends {
     rule: EndRule,
     lights: bool,
+    /// Light is taken from paths of at least so many segments.
+    shortest: u32,
     light: Vec3,
+    /// Vertices so far.
+    vertices: u32,
     seen: PathOrigin,
     surface: PackedSurface,
     /// The last hit, and the length of the path up to there.
@@ -62,6 +66,15 @@ struct Ends {
     end: PathOrigin,
 }
 
+impl Ends {
+    /// Light that a path of so many segments has found.
+    #[inline(always)]
+    fn take(&mut self, segments: u32, value: Vec3) {
+        let taken = self.lights & (segments >= self.shortest);
+        self.light = if taken { self.light + value } else { self.light };
+    }
+}
+
 impl<M: Scattering> Receiver<M> for Ends {
     #[inline(always)]
     fn add(&mut self, value: Vec3) {
@@ -69,8 +82,23 @@ impl<M: Scattering> Receiver<M> for Ends {
     }
 
     #[inline(always)]
+    fn emission(&mut self, _radiance: Vec3, _weight: f32, value: Vec3) {
+        self.take(self.vertices, value);
+    }
+
+    #[inline(always)]
+    fn next_event(&mut self, _scattered: Vec3, value: Vec3) {
+        self.take(self.vertices + 1, value);
+    }
+
+    #[inline(always)]
+    fn environment(&mut self, _environment: &EnvironmentPoint, _weight: f32, value: Vec3) {
+        self.take(self.vertices + 1, value);
+    }
+
+    #[inline(always)]
     fn samples_lights(&self) -> bool {
-        self.lights
+        self.lights & (self.vertices + 1 >= self.shortest)
     }
 
     #[inline(always)]
@@ -83,6 +111,7 @@ impl<M: Scattering> Receiver<M> for Ends {
 
     #[inline(always)]
     fn arrive(&mut self, walk: &Walk, hit: &Hit, point: &SurfacePoint<M>) {
+        self.vertices = walk.depth + 1;
         if walk.depth == 0 {
             let (position, normal) = (point.position, point.normal);
             self.seen = PathOrigin::new(&walk.ray, hit);
@@ -109,7 +138,8 @@ impl<M: Scattering> Receiver<M> for Ends {
     }
 }
 
-/// Traces a prefix of the pixel `at` with these random numbers. With `lights` it finds the light on its way, by path tracing.
+/// Traces a prefix of the pixel `at` with these random numbers. With `lights` it finds the light on its way, by path tracing; with
+/// [`Flags::INDIRECT_ONLY`] none by paths of up to two segments.
 #[inline(always)]
 pub fn prefix<S: Trace + Surface + Lights>(
     scene: &S,
@@ -123,7 +153,9 @@ pub fn prefix<S: Trace + Surface + Lights>(
     let mut ends = Ends {
         rule: params.ends,
         lights,
+        shortest: if params.flags.contains(Flags::INDIRECT_ONLY) { 3 } else { 0 },
         light: Vec3::ZERO,
+        vertices: 0,
         seen: PathOrigin::NONE,
         surface: PackedSurface::NONE,
         hit: Hit::MISS,
@@ -133,13 +165,7 @@ pub fn prefix<S: Trace + Surface + Lights>(
         end: PathOrigin::NONE,
     };
     let whole = Walk::new(ray).run(scene, rng, params.max_depth, false, &mut ends);
-    let light = if !whole {
-        CUT
-    } else if lights {
-        ends.light
-    } else {
-        Vec3::ZERO
-    };
-    let Ends { end, throughput, seen, surface, .. } = ends;
-    Prefix { end, throughput, light: FilmPixel::from_radiance(light), seen, surface }
+    let Ends { end, throughput, seen, surface, light, .. } = ends;
+    let light = FilmPixel::from_radiance(if whole { light } else { CUT });
+    Prefix { end, throughput, light, seen, surface }
 }
