@@ -19,15 +19,17 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+mod explain;
 mod plan;
 mod settings;
 
 pub use settings::SuffixSettings;
 
+use super::explain::{Explanation, Subject};
 use super::inspect::Inspect;
 use super::{About, Diagnose, Integral, PixelFilter, Repeats, Technique};
 use crate::technique::sequence::{Sequence, Stage};
-use crate::{Error, buffers::SceneBuffers};
+use crate::{Error, buffers::SceneBuffers, exec::Executor};
 use restir_shared::layout::FEATURE_SUBSURFACE;
 
 impl Technique for SuffixSettings {
@@ -83,4 +85,8 @@ impl Diagnose for SuffixSettings {
     }
 }
 
-impl Inspect for SuffixSettings {}
+impl Inspect for SuffixSettings {
+    fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+        explain::explain(executor, subject)
+    }
+}

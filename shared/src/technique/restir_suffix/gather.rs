@@ -105,37 +105,44 @@ impl Lent<'_> {
         }
     }
 
-    /// What the suffixes that a pixel borrows send along its prefix, each by its weight: eq. 22, with the balance heuristic by confidences, of which
-    /// the canonical suffix has 1, whether or not it was traced. `crossed` is what became of requests for [`Asks::CROSSED`].
+    /// What the suffixes that a pixel borrows send along its prefix: the mean over all integration prefixes has them by one over their number.
+    /// `crossed` is what became of requests for [`Asks::CROSSED`].
     #[inline(always)]
     pub fn borrowed(&self, params: &SuffixParams, crossed: &[ShiftResult], pixel: u32) -> Vec3 {
-        let pixels = params.width * params.height;
         let mut sum = Vec3::ZERO;
         let mut n = 0;
         while n < params.borrowed {
-            let confidence = self.confidence(params, pixel, n);
-            let result = self.results[(n * pixels + pixel) as usize];
-            if (confidence > 0.0) & (result.partial_jacobian > 0.0) {
-                let lender = self.nearest[pixel as usize].pixels[n as usize];
-                let record = self.records[lender as usize];
-                let jacobian = num::div(result.partial_jacobian, record.partial_jacobian());
-                let value = Vec3::from_array(result.value);
-                let own = confidence * luminance(record.value());
-                let mut all = own + luminance(value) * jacobian;
-                let mut nth = 0;
-                while nth + 1 < params.borrowed {
-                    let there = crossed[((n * (params.borrowed - 1) + nth) * pixels + pixel) as usize];
-                    let other = if nth < n { nth } else { nth + 1 };
-                    all += self.confidence(params, pixel, other) * target(&there, &record);
-                    nth += 1;
-                }
-                let weight = jacobian * record.contribution_weight();
-                let share = if all > 0.0 { num::div(own, all) } else { 0.0 };
-                sum += value * (weight * share);
-            }
+            sum += self.by(params, crossed, pixel, n);
             n += 1;
         }
         sum * num::recip(params.prefixes as f32)
+    }
+
+    /// What the suffix of the n-th lender sends along a pixel's prefix, by its weight: eq. 22, with the balance heuristic by confidences, of which
+    /// the canonical suffix has 1, whether or not it was traced. Black if there is no such lender, or its suffix cannot be shifted.
+    #[inline(always)]
+    pub fn by(&self, params: &SuffixParams, crossed: &[ShiftResult], pixel: u32, n: u32) -> Vec3 {
+        let pixels = params.width * params.height;
+        let confidence = self.confidence(params, pixel, n);
+        let result = self.results[(n * pixels + pixel) as usize];
+        if !((confidence > 0.0) & (result.partial_jacobian > 0.0)) {
+            return Vec3::ZERO;
+        }
+        let lender = self.nearest[pixel as usize].pixels[n as usize];
+        let record = self.records[lender as usize];
+        let jacobian = num::div(result.partial_jacobian, record.partial_jacobian());
+        let value = Vec3::from_array(result.value);
+        let own = confidence * luminance(record.value());
+        let mut all = own + luminance(value) * jacobian;
+        let mut nth = 0;
+        while nth + 1 < params.borrowed {
+            let there = crossed[((n * (params.borrowed - 1) + nth) * pixels + pixel) as usize];
+            let other = if nth < n { nth } else { nth + 1 };
+            all += self.confidence(params, pixel, other) * target(&there, &record);
+            nth += 1;
+        }
+        let share = if all > 0.0 { num::div(own, all) } else { 0.0 };
+        value * (jacobian * record.contribution_weight() * share)
     }
 
     /// What the canonical suffix sends along a pixel's prefix, by its weight.
