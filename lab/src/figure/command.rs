@@ -21,8 +21,9 @@ use restir_cli::progress::{patiently, reported};
 use restir_cli::{console, device, interrupt, reference};
 
 use super::{
-    Environs, Files, PICTURE, bitterli2020_fig1, chains::Protocol, tokuyoshi_fig1, tokuyoshi_fig2, zhang2025_candies,
-    zhang2025_cubes, zhang2025_grid, zhang2025_places, zhang2025_profiles, zhang2025_walk,
+    Environs, Files, PICTURE, bitterli2020_fig1, chains::Protocol, kettunen2023_fig3, kettunen2023_fig4,
+    tokuyoshi_fig1, tokuyoshi_fig2, zhang2025_candies, zhang2025_cubes, zhang2025_grid, zhang2025_places,
+    zhang2025_profiles, zhang2025_walk,
 };
 use crate::bench::{REPORT, check_output, setup, write_text};
 
@@ -44,6 +45,12 @@ enum Figure {
     /// without reuse of visibility.
     #[value(name = "bitterli2020-fig1")]
     MisOverTime,
+    /// Kettunen et al. 2023, figure 3: error by the number of borrowed suffixes, of reused and of new ones.
+    #[value(name = "kettunen2023-fig3")]
+    Borrowed,
+    /// Kettunen et al. 2023, figure 4: error by the number of integration prefixes, with a canonical suffix for each or for some of them.
+    #[value(name = "kettunen2023-fig4")]
+    Prefixes,
     /// Zhang and d'Eon 2025: cubes by colour and mean free path, beside diffuse ones.
     #[value(name = "zhang2025-grid")]
     Grid,
@@ -87,6 +94,8 @@ impl Figure {
         match (self, quick) {
             (Self::MisOverTime, false) => of([60, 45], [16, 4], [13, 2], Some(49_152)),
             (Self::MisOverTime, true) => of([36, 27], [8, 4], [9, 2], Some(16_384)),
+            (Self::Borrowed | Self::Prefixes, false) => of([64, 48], [16, 4], [16, 2], None),
+            (Self::Borrowed | Self::Prefixes, true) => of([32, 24], [8, 4], [16, 2], None),
             (Self::Grid, false) => of([64, 64], [1, 1], [128, 1], None),
             (Self::Grid, true) => of([48, 48], [1, 1], [32, 1], None),
             (Self::Walk, false) => of([96, 96], [1, 1], [256, 1], None),
@@ -165,6 +174,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             let effort = bitterli2020_fig1::Effort { protocol, frames, restarts: 2, reference };
             bitterli2020_fig1::make(&mut program, &effort, environment, &setup)?
         }
+        Figure::Borrowed => kettunen2023_fig3::make(&mut program, protocol, &setup)?,
+        Figure::Prefixes => kettunen2023_fig4::make(&mut program, protocol, &setup)?,
         Figure::Grid => zhang2025_grid::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::Walk => zhang2025_walk::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::Profiles => zhang2025_profiles::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,

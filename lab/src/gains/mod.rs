@@ -1,5 +1,5 @@
 //! `cargo lab gains`: what ReSTIR PT, suffix ReSTIR and ReSTIR SSS gain over path tracing in equal time and with equal rays, with each option off, what the errors of
-//! frames have in common, and the reports of it.
+//! frames have in common, how noisy surfaces are that come into view, and the reports of it.
 
 mod correlated;
 mod moving;

@@ -47,9 +47,9 @@ fn heading(options: &Options, study: &Study) -> String {
          mean of `(x - r)² / (r² + 0.01 m²)` over the channels of all pixels, r being the truth and m its mean. Of *the last frame* of {FRAMES} \
          a single frame is paid for, since a session has had the others anyway; of *the mean of {FRAMES} frames* all of them. \
          Errors are variances over {images} independent renders of {width} x {} pixels (`restir_cli::trial`), ± is a standard error. Time is \
-         what one thread has had of the processor for a frame after the first {SETTLED}, so that it does not depend on what else the machine does; rays \
+         what one thread has had of the processor for a frame after the first {SETTLED}, so that it hardly depends on what else the machine does, and ± leaves its error out; rays \
          are those that a pixel's kernels ask for in a frame. Path tracing has the same \
-         longest path (`{path}`), and was rendered with {SAMPLES:?} samples: in between its error is taken to follow a power \
+         longest path, and the settings `{path}`; it was rendered with {SAMPLES:?} samples: in between its error is taken to follow a power \
          of their number. FLIP (Andersson et al. 2020) tells how different a picture looks from one of {TRUE_SAMPLES} samples, from 0 to 1, as pictures \
          are shown by ACES' curve, {PIXELS_PER_DEGREE} pixels a degree: the mean over pixels and renders.\n\nMade by `cargo lab gains {only}--write`. What settings mean is printed by `restir settings {technique}`.\n",
         width * 3 / 4,
@@ -147,8 +147,8 @@ fn what_comes_into_view(views: &[View]) -> String {
     let mut text = format!(
         "\n## What comes into view\n\n\
          The last of {FRAMES} frames of a pan of {} pixels a frame, of {} x {} pixels: mean squared errors, limited as above, of surfaces that the \
-         frame before did not see, and of all others. Some surfaces are harder to render than others for any technique, so the last column is what \
-         counts: the quotient over that of path tracing. It is 1 of a technique that needs no history.\n\n\
+         frame before did not see, most of them at one edge of the picture, and of all others. Some surfaces are harder to render than others for any \
+         technique, so the last column is what counts: the quotient over that of path tracing. `preset=mmis` has no history at all.\n\n\
          | scene | settings | new | others | quotient | over path tracing's |\n|---|---|---:|---:|---:|---:|\n",
         uncovered::STEP,
         uncovered::SIZE[0],

@@ -1,4 +1,4 @@
-//! How noisy surfaces are that come into view: reuse has no history there.
+//! Noise of surfaces that come into view, for which reuse has no history.
 
 use crate::correlation::{Errors, ages};
 use restir_host::Error;
@@ -35,7 +35,7 @@ pub(super) struct Uncovered {
 }
 
 impl Uncovered {
-    /// Path tracing and all settings, of which the first one tells which surfaces are new.
+    /// Path tracing and all settings, of which the first one reads the last frame, and tells which surfaces are new.
     pub(super) fn all(scene: &SceneBuffers, rows: &[(&'static str, &'static str)]) -> Result<Vec<Self>, Error> {
         let Some(&(technique, text)) = rows.first() else { return Ok(Vec::new()) };
         let path = |count, seed| Render {
@@ -85,7 +85,13 @@ fn before(scene: &SceneBuffers, chain: &Render) -> Result<Vec<Option<usize>>, Er
         Ok(())
     })?;
     let pixels = (SIZE[0] * SIZE[1]) as usize;
-    Ok(requests[..pixels].iter().map(|request| request.exists().then_some(request.sample as usize)).collect())
+    let none = || {
+        Error::Setting(
+            "nothing looks for surfaces in the last frame; let the first settings have temporal=on".to_owned(),
+        )
+    };
+    let requests = requests.get(..pixels).ok_or_else(none)?;
+    Ok(requests.iter().map(|request| request.exists().then_some(request.sample as usize)).collect())
 }
 
 /// Errors where surfaces are new, and where they are not: means over renders.
@@ -95,7 +101,8 @@ fn errors(scene: &SceneBuffers, render: &Render, truth: &Image, ages: &[u32]) ->
         let image = Render { seed, ..render.clone() }.render(scene, &mut CpuExecutor::inline())?.image;
         let by_age = Errors::new(&[limited(&image, truth)], &limited(truth, truth))?.by_age(0, ages)?;
         for (age, sum) in [0, 1].iter().zip(&mut sums) {
-            *sum += by_age.get(age).map_or(f64::NAN, |(_, error)| error / f64::from(IMAGES));
+            let none = || Error::Setting("the pan uncovers no surface, or nothing else".to_owned());
+            *sum += by_age.get(age).ok_or_else(none)?.1 / f64::from(IMAGES);
         }
     }
     Ok(sums)

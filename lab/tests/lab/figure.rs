@@ -85,6 +85,19 @@ fn colours_by_mean_free_path() {
     assert_table(&read(&workplace, "cells.csv"), 4 * 5);
 }
 
+#[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
+fn borrowed_suffixes_and_prefixes() {
+    for (name, id, claims, settings) in [("kettunen2023-fig3", "K3", 3, 8), ("kettunen2023-fig4", "K4", 7, 15)] {
+        let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+        figure(&workplace, &cache, &[name, "--quick", "--restarts", "4", "--frames", "3"]).done();
+        assert_eq!(workplace.outputs(), ["report.md", "settings.csv"]);
+        let report = read(&workplace, "report.md");
+        assert_eq!(verdicts(&report, id).len(), claims, "{report}");
+        assert_table(&read(&workplace, "settings.csv"), settings);
+    }
+}
+
 /// A figure of methods beside the walk, whose claims are these.
 fn beside_the_walk(name: &str, claims: &[&str]) -> String {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
@@ -149,6 +162,8 @@ fn figures_that_cannot_be() {
         assert_eq!(workplace.outputs(), [""; 0]);
     };
     let all = [
+        "kettunen2023-fig3",
+        "kettunen2023-fig4",
         "zhang2025-grid",
         "zhang2025-walk",
         "zhang2025-cubes",

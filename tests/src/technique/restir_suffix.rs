@@ -37,6 +37,6 @@ const ROWS: [Row; 7] = [
     row("long prefixes", "glass", 3, "borrowed=3,canonical=1"),
     row("all lights, hybrid", "all-lights", 2, "shift=hybrid,jitter=on"),
     row("blended, short prefixes", "sheets", 2, "min_segments=1"),
-    row("things move", "moving", 6, "kept_for=3,spatial=2,feedback=off"),
+    row("things move", "moving", 6, "kept_for=3,spatial=2,feedback=on"),
     row("a lens", "cornell-lens", 2, "min_segments=1,sampler=independent"),
 ];

@@ -64,7 +64,7 @@ const COMMON: &str = "max_depth=5,jitter=on,sampler=independent";
 const CHAINS: [Chain; 11] = [
     Chain::new("cornell", "preset=mmis", 1, false),
     Chain::new("cornell", "prefixes=3,canonical=2,kept_for=3,spatial=2", 4, false),
-    Chain::new("cornell", "prefixes=2,canonical=1,borrowed=4,feedback=off", 3, true),
+    Chain::new("cornell", "prefixes=2,canonical=1,borrowed=4,feedback=on", 3, true),
     Chain::new("cornell", "min_segments=1,prefixes=1,borrowed=1", 3, false),
     Chain::new("ajar", "prefixes=4", 3, true),
     Chain::new("tower", "prefixes=2", 3, false),

@@ -66,14 +66,12 @@ impl Technique for PtSettings {
 
     fn check(&self, scene: &SceneBuffers, repeats: u32) -> Result<(), Error> {
         self.check_together()?;
-        if let Some(direct) = self.direct.technique(&self.integral()) {
-            direct.check(scene, repeats)?;
-        }
+        self.direct.check(&self.integral(), scene, repeats)?;
         scene.check_addresses()
     }
 
     fn looks_back(&self) -> bool {
-        self.temporal || self.direct.technique(&self.integral()).is_some_and(|direct| direct.looks_back())
+        self.temporal || self.direct.looks_back(&self.integral())
     }
 }
 
@@ -83,14 +81,13 @@ impl Diagnose for PtSettings {
     }
 
     fn reuses(&self) -> bool {
-        self.temporal || self.shares() || self.direct.technique(&self.integral()).is_some_and(|direct| direct.reuses())
+        self.temporal || self.shares() || self.direct.reuses(&self.integral())
     }
 
     fn biases(&self) -> Vec<&'static str> {
         let stale = "where the scene changes, paths keep light that no longer arrives: it lags behind what moves";
         let own = (self.temporal && self.changed == Changed::Stale).then_some(stale);
-        let direct = self.direct.technique(&self.integral()).map_or_else(Vec::new, |direct| direct.biases());
-        own.into_iter().chain(direct).collect()
+        own.into_iter().chain(self.direct.biases(&self.integral())).collect()
     }
 
     fn leaves_out(&self, scene: &SceneBuffers) -> Option<&'static str> {

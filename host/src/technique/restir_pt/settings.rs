@@ -3,7 +3,7 @@
 use crate::settings::Value;
 use crate::technique::reuse::Form;
 use crate::technique::{self, Integral, Technique};
-use crate::{Error, choices, settings};
+use crate::{Error, buffers::SceneBuffers, choices, settings};
 use restir_shared::resample::mutual::MAX_NEIGHBOURS;
 use restir_shared::resample::params::Flags;
 use restir_shared::rng::Sampler;
@@ -68,18 +68,34 @@ impl Direct {
         self.0.is_none()
     }
 
-    /// Whether paths of up to `max_depth` segments have direct light.
+    /// Whether the other technique, if there is one, can find direct light.
     ///
     /// # Errors
-    /// [`Error::ConflictingSettings`] if another technique is to find some, and there is none.
-    pub(in crate::technique) fn check_depth(self, max_depth: u32) -> Result<(), Error> {
-        if self.is_unified() || max_depth >= 2 {
-            return Ok(());
+    /// [`Error::ConflictingSettings`] if paths are too short to have any; those of [`Technique::check`].
+    pub(in crate::technique) fn check(self, of: &Integral, scene: &SceneBuffers, repeats: u32) -> Result<(), Error> {
+        let max_depth = of.max_depth;
+        if !self.is_unified() && max_depth < 2 {
+            let problem = format!(
+                "paths of {max_depth} segment have no direct light; give max_depth=2 or more, or direct=unified"
+            );
+            return Err(Error::ConflictingSettings { settings: &["direct", "max_depth"], problem });
         }
-        let problem = format!(
-            "paths of {max_depth} segment have no direct light; give max_depth=2 or more, or direct=unified"
-        );
-        Err(Error::ConflictingSettings { settings: &["direct", "max_depth"], problem })
+        self.technique(of).map_or(Ok(()), |technique| technique.check(scene, repeats))
+    }
+
+    /// Whether it reads the last frame.
+    pub(in crate::technique) fn looks_back(self, of: &Integral) -> bool {
+        self.technique(of).is_some_and(|technique| technique.looks_back())
+    }
+
+    /// Whether it reuses samples.
+    pub(in crate::technique) fn reuses(self, of: &Integral) -> bool {
+        self.technique(of).is_some_and(|technique| technique.reuses())
+    }
+
+    /// Its known biases.
+    pub(in crate::technique) fn biases(self, of: &Integral) -> Vec<&'static str> {
+        self.technique(of).map_or_else(Vec::new, |technique| technique.biases())
     }
 }
 
@@ -186,13 +202,13 @@ impl PtSettings {
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] and [`Error::ConflictingSettings`] with the keys of the settings.
+    /// [`Error::InvalidValue`] with the key of the setting.
     pub(crate) fn check_together(&self) -> Result<(), Error> {
         if !self.tile.is_power_of_two() {
             let expected = "a power of two, as 4, 8 or 16".to_owned();
             return Err(Error::InvalidValue { setting: "tile", value: self.tile.to_string(), expected });
         }
-        self.direct.check_depth(self.max_depth)
+        Ok(())
     }
 
     /// Where paths are joined, in a scene that has blended surfaces or not.

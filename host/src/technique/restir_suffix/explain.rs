@@ -7,7 +7,7 @@ use crate::{Error, buffers::SceneBuffers};
 use restir_kernels::restir_suffix as suffix;
 use restir_shared::glam::Vec3;
 use restir_shared::layout::FilmPixel;
-use restir_shared::resample::mutual::{Record, ShiftRequest, ShiftResult};
+use restir_shared::resample::mutual::{ShiftRequest, ShiftResult};
 use restir_shared::shift::PathOrigin;
 use restir_shared::technique::restir_pt::PackedPath;
 use restir_shared::technique::restir_suffix::{Lent, Nearest, SuffixParams, Throughput};
@@ -21,6 +21,8 @@ struct Pixel {
     /// The pixel that had this prefix in the last frame.
     kept_of: Option<u32>,
     integration: Vec<Integration>,
+    /// By another technique.
+    direct: Vec3,
     /// Of the whole frame.
     radiance: [f32; 3],
 }
@@ -73,6 +75,7 @@ pub(super) fn explain(executor: &mut dyn Executor, subject: Subject<'_>) -> Resu
         "supporting": pixel.supporting.map(|end| prefix_json(&end)),
         "kept_of": pixel.kept_of.map(|of| position(of, *width)),
         "prefixes": pixel.integration.iter().map(|prefix| prefix.json(*width)).collect::<Vec<_>>(),
+        "direct": pixel.direct.to_array(),
         "radiance": pixel.radiance,
         "identical": same,
     });
@@ -91,6 +94,7 @@ fn followed(executor: &mut dyn Executor, scene: &SceneBuffers, render: &Render, 
         }
     })?;
     pixel.radiance = rendered.image.pixels[index];
+    pixel.direct = Vec3::from_array(pixel.radiance) - film;
     Ok(pixel)
 }
 
@@ -103,7 +107,7 @@ impl Pixel {
         } else if name == suffix::suffix_keep::DESC.name {
             self.supporting = Some(step.plane::<PathOrigin>("origins")?[index]);
             let request = step.plane::<ShiftRequest>("requests")?[index];
-            self.kept_of = (request.sample != ShiftRequest::NONE.sample).then_some(request.sample);
+            self.kept_of = request.exists().then_some(request.sample);
         } else if name == suffix::suffix_prefix::DESC.name {
             let throughput = Vec3::from_array(step.plane::<Throughput>("throughputs")?[index].throughput);
             let end = step.plane::<PathOrigin>("ends")?[index];
@@ -130,6 +134,9 @@ impl Pixel {
         for (index, prefix) in self.integration.iter().enumerate() {
             let _ = write!(text, "integration prefix {index}: {}", prefix.text(width));
         }
+        if self.direct != Vec3::ZERO {
+            let _ = writeln!(text, "direct light, by another technique: {}", vector(self.direct));
+        }
         let _ = writeln!(text, "in all {}", vector(Vec3::from_array(self.radiance)));
         text
     }
@@ -138,10 +145,10 @@ impl Pixel {
 impl Integration {
     fn text(&self, width: u32) -> String {
         let Self { end, throughput, light, lenders, canonical } = self;
-        let (end, throughput, light) = (described(end), vector(*throughput), vector(*light));
-        let mut text = format!("{end}, worth {throughput}; light on its way {light}\n");
+        let worth = if end.segments() == 0 { String::new() } else { format!(", worth {}", vector(*throughput)) };
+        let mut text = format!("{}{worth}; light on its way {}\n", described(end), vector(*light));
         for Lender { pixel, confidence, light } in lenders {
-            let _ = writeln!(text, "   the suffix of {}, M {confidence}, sends {}", place(*pixel, width), vector(*light));
+            let _ = writeln!(text, "   the suffix of {}, confidence {confidence}, sends {}", place(*pixel, width), vector(*light));
         }
         if let Some(light) = canonical {
             let _ = writeln!(text, "   its own suffix sends {}", vector(*light));
@@ -171,7 +178,7 @@ fn lenders(step: &Step<'_>, params: &SuffixParams, index: usize, throughput: Vec
     let lent = Lent { records: &records, nearest: &nearest, results: &results };
     let found = (0..params.borrowed).zip(nearest[index].pixels).filter(|(_, pixel)| *pixel != u32::MAX);
     let lender = |(n, pixel): (u32, u32)| {
-        let confidence = records[pixel as usize].confidence().min(params.confidence_cap);
+        let confidence = lent.confidence(params, index as u32, n);
         let sent = lent.by(params, &crossed, index as u32, n) / params.prefixes as f32;
         Lender { pixel, confidence, light: throughput * sent }
     };
@@ -188,7 +195,7 @@ fn added(step: &Step<'_>, index: usize, film: &mut Vec3) -> Result<Vec3, Error> 
 /// Where a prefix ends.
 fn described(end: &PathOrigin) -> String {
     match end.segments() {
-        0 => "it has no end".to_owned(),
+        0 => "without an end".to_owned(),
         segments => format!("{segments} segments, {:.4} long", end.reach()),
     }
 }
@@ -214,27 +221,33 @@ fn vector(v: Vec3) -> String {
 mod tests {
     use super::*;
     use crate::scene::Scene;
+    use crate::settings::Value as _;
+    use crate::technique::restir_pt::Direct;
     use crate::technique::restir_suffix::SuffixSettings;
 
-    /// What is said to arrive adds up to the pixel, and some of it is borrowed.
+    /// What is said to arrive adds up to the pixel, and some of it is borrowed, whoever finds direct light.
     #[test]
     fn parts_add_up_to_the_pixel() {
         let scene = SceneBuffers::build(&Scene::load("cornell").expect("built in")).expect("builds");
-        let settings = SuffixSettings { max_depth: 5, borrowed: 3, ..SuffixSettings::default() };
-        let render = Render { count: 3, ..Render::new([16, 12], settings) };
-        let mut cpu = CpuExecutor::inline();
-        let mut borrowed = Vec3::ZERO;
-        for index in [20, 90, 100, 170] {
-            let pixel = followed(&mut cpu, &scene, &render, index).expect("explains");
-            let mut sum = Vec3::ZERO;
-            for prefix in &pixel.integration {
-                let lent: Vec3 = prefix.lenders.iter().map(|lender| lender.light).sum();
-                sum += prefix.light + lent + prefix.canonical.unwrap_or_default();
-                borrowed += lent;
+        for direct in ["unified", "restir-di"] {
+            let direct = Direct::read(direct).expect("known");
+            let settings = SuffixSettings { max_depth: 5, borrowed: 3, direct, ..SuffixSettings::default() };
+            let render = Render { count: 3, ..Render::new([16, 12], settings) };
+            let mut borrowed = Vec3::ZERO;
+            for index in [20, 90, 100, 170] {
+                let pixel = followed(&mut CpuExecutor::inline(), &scene, &render, index).expect("explains");
+                let of_prefix = |prefix: &Integration| {
+                    let lent: Vec3 = prefix.lenders.iter().map(|lender| lender.light).sum();
+                    (lent, prefix.light + lent + prefix.canonical.unwrap_or_default())
+                };
+                let parts: Vec<(Vec3, Vec3)> = pixel.integration.iter().map(of_prefix).collect();
+                let sum = pixel.direct + parts.iter().map(|(_, all)| *all).sum::<Vec3>();
+                borrowed += parts.iter().map(|(lent, _)| *lent).sum::<Vec3>();
+                let off = (sum - Vec3::from_array(pixel.radiance)).abs().max_element();
+                assert!(parts.len() == 4 && off < 1.0e-5 * sum.max_element(), "pixel {index}: {pixel:?}");
+                assert_eq!(pixel.direct == Vec3::ZERO, direct.is_unified(), "pixel {index}: {pixel:?}");
             }
-            let off = (sum - Vec3::from_array(pixel.radiance)).abs().max_element();
-            assert!(pixel.integration.len() == 4 && off < 1.0e-5 * sum.max_element(), "pixel {index}: {pixel:?}");
+            assert!(borrowed.min_element() > 0.0, "nothing is borrowed");
         }
-        assert!(borrowed.min_element() > 0.0, "nothing is borrowed");
     }
 }

@@ -54,15 +54,12 @@ impl Technique for SuffixSettings {
     }
 
     fn check(&self, scene: &SceneBuffers, repeats: u32) -> Result<(), Error> {
-        self.direct.check_depth(self.max_depth)?;
-        if let Some(direct) = self.direct.technique(&self.integral()) {
-            direct.check(scene, repeats)?;
-        }
+        self.direct.check(&self.integral(), scene, repeats)?;
         scene.check_addresses()
     }
 
     fn looks_back(&self) -> bool {
-        self.temporal || self.direct.technique(&self.integral()).is_some_and(|direct| direct.looks_back())
+        self.temporal || self.direct.looks_back(&self.integral())
     }
 }
 
@@ -76,7 +73,7 @@ impl Diagnose for SuffixSettings {
     }
 
     fn biases(&self) -> Vec<&'static str> {
-        self.direct.technique(&self.integral()).map_or_else(Vec::new, |direct| direct.biases())
+        self.direct.biases(&self.integral())
     }
 
     fn leaves_out(&self, scene: &SceneBuffers) -> Option<&'static str> {

@@ -19,13 +19,13 @@ settings! {
     pub struct SuffixSettings {
         /// Longest path: 1 is directly visible emission, 2 adds direct light.
         max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
-        /// Who finds paths of up to two segments: this technique by path tracing, as unified, or another one.
+        /// Who finds paths of up to two segments: this technique, as it finds what prefixes meet on their way, or another one with its default settings.
         direct: Direct = Direct::UNIFIED;
         /// Integration prefixes of a pixel and frame: paths from the camera to where suffixes are borrowed. Time grows with their number, and noise falls.
         prefixes: u32 = 4, in 1..=MAX_PREFIXES, unit "prefixes";
-        /// Suffixes that an integration prefix borrows: those of the supporting prefixes that end nearest. Of k it takes k² + k shifts.
+        /// Suffixes that an integration prefix borrows: those of the supporting prefixes that end nearest. Of k it takes k² shifts, and k more where there is a canonical suffix.
         borrowed: u32 = 2, in 1..=MAX_BORROWED, unit "suffixes";
-        /// One of so many integration prefixes has a suffix of its own, too, which counts for all of them (roulette): with 1 each has.
+        /// One of so many integration prefixes, from the first on, has a suffix of its own, which counts for the others, too: with 1 each has.
         canonical: u32 = 4, in 1..=MAX_PREFIXES, unit "prefixes";
         /// How far away from the end of an integration prefix supporting ones may end: so many pixels, as seen at the length of the prefix, up to a factor of the root of 2.
         radius: f32 = 4.0, in 0.0..=1.0e3, unit "pixels";

@@ -95,8 +95,9 @@ pub struct Lent<'a> {
 
 impl Lent<'_> {
     /// The confidence in the n-th lender's suffix: 0 if there is no such lender.
+    #[doc(hidden)]
     #[inline(always)]
-    fn confidence(&self, params: &SuffixParams, pixel: u32, n: u32) -> f32 {
+    pub fn confidence(&self, params: &SuffixParams, pixel: u32, n: u32) -> f32 {
         let lender = self.nearest[pixel as usize].pixels[n as usize];
         if lender == u32::MAX {
             0.0
@@ -105,8 +106,7 @@ impl Lent<'_> {
         }
     }
 
-    /// What the suffixes that a pixel borrows send along its prefix: the mean over all integration prefixes has them by one over their number.
-    /// `crossed` is what became of requests for [`Asks::CROSSED`].
+    /// What the suffixes that a pixel borrows send along its prefix, divided by the number of integration prefixes, since the picture is their mean. `crossed` is what became of requests for [`Asks::CROSSED`].
     #[inline(always)]
     pub fn borrowed(&self, params: &SuffixParams, crossed: &[ShiftResult], pixel: u32) -> Vec3 {
         let mut sum = Vec3::ZERO;

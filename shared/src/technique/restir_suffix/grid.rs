@@ -37,7 +37,7 @@ const PAIRS: u32 = stream(5);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PrefixPoint {
-    /// World position, in diagonals of the scene's bounds: in any unit of length points have the same cells.
+    /// World position, in diagonals of the scene's bounds: but for rounding, points have the same cells in any unit of length.
     pub position: [f32; 3],
     /// In the low 8 bits the level, the biased exponent of the radius, which is 0 if there is no prefix; above it the octahedral coordinates of
     /// the normal on the path's side, 12 bits each.
@@ -67,7 +67,7 @@ impl PrefixPoint {
         Self { position: (position * scale).to_array(), word: (normal << 8) | level }
     }
 
-    /// For tests: the same beside it.
+    /// For tests: the same beside it, by so much of the diagonal.
     #[doc(hidden)]
     #[must_use]
     pub fn beside(&self, by: Vec3) -> Self {

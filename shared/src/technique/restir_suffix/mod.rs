@@ -17,7 +17,7 @@
 //! | [`PrefixGrid::nearest`] | the grid, the end | whose suffixes it borrows |
 //! | [`ask`], [`mutual::answer`] | these, suffixes | what the suffixes are at its end, and at each other's |
 //! | [`Lent::borrowed`] | results | what they send to the pixel |
-//! | for one of them, or each: [`suffix`], [`ask`], [`mutual::answer`], [`Lent::canonical`] | | what a suffix of its own sends |
+//! | for some of them: [`suffix`], [`ask`], [`mutual::answer`], [`Lent::canonical`] | | what a suffix of its own sends |
 //!
 //! What is conditioned by prefixes must not decide about them. Which prefixes are kept, found and paired is said by prefixes alone; seeds tell the
 //! random numbers of supporting prefixes, integration prefixes, suffixes and canonical suffixes apart ([`SuffixParams::supporting`] and the next

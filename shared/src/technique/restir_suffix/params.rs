@@ -29,7 +29,7 @@ pub struct SuffixParams {
     pub buckets: u32,
     /// Which shifts a pass asks for.
     pub asks: Asks,
-    /// What a canonical suffix counts: one over how many of a pixel's prefixes have one, as these stand for the others, too.
+    /// The weight of a canonical suffix: one over the number of a pixel's integration prefixes that have one, which stand for the others, too.
     pub canonical_share: f32,
 }
 

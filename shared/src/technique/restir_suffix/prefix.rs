@@ -78,7 +78,7 @@ impl Ends {
 impl<M: Scattering> Receiver<M> for Ends {
     #[inline(always)]
     fn add(&mut self, value: Vec3) {
-        self.light += value;
+        self.take(self.vertices, value);
     }
 
     #[inline(always)]
