@@ -22,7 +22,7 @@ use crate::exec::{CpuExecutor, Executor, Step};
 use crate::technique::{About, Repeats};
 use crate::{Error, buffers::SceneBuffers, plan::BufferId, render::Render, scene::Scene};
 use restir_kernels::{Access, Binding};
-use restir_shared::scene::LightKind;
+use restir_shared::{glam::Vec3, scene::LightKind};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -147,6 +147,11 @@ pub fn passes(executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Expla
 /// What is said of bits that a replay has found the same, or not.
 pub(super) fn verdict(same: bool) -> &'static str {
     if same { "the same bits" } else { "OTHER BITS" }
+}
+
+/// Three numbers for a reader.
+pub(super) fn vector(v: Vec3) -> String {
+    format!("({:.6}, {:.6}, {:.6})", v.x, v.y, v.z)
 }
 
 /// What a light is called.

@@ -6,7 +6,7 @@ use restir_shared::{glam::Vec3, scene::LightKind};
 use serde_json::{Value, json};
 
 use super::{NextEvent, Path, Vertex, explain_sample, film};
-use crate::technique::explain::{Explanation, Place, Subject, light_kind as kind, verdict};
+use crate::technique::explain::{Explanation, Place, Subject, light_kind as kind, vector, verdict};
 use crate::{Error, exec::Executor, render::Render};
 
 /// Explains a sample by its path.
@@ -30,10 +30,6 @@ struct Sample<'a> {
 
 fn same_bits(a: Vec3, b: Vec3) -> bool {
     a.to_array().map(f32::to_bits) == b.to_array().map(f32::to_bits)
-}
-
-fn vector(v: Vec3) -> String {
-    format!("({:.6}, {:.6}, {:.6})", v.x, v.y, v.z)
 }
 
 /// With as many digits as tell it from its neighbours.

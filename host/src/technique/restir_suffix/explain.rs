@@ -2,7 +2,7 @@
 
 use crate::exec::{CpuExecutor, Executor, Step};
 use crate::render::Render;
-use crate::technique::explain::{Explanation, Subject, verdict};
+use crate::technique::explain::{Explanation, Subject, vector, verdict};
 use crate::{Error, buffers::SceneBuffers};
 use restir_kernels::restir_suffix as suffix;
 use restir_shared::glam::Vec3;
@@ -148,7 +148,12 @@ impl Integration {
         let worth = if end.segments() == 0 { String::new() } else { format!(", worth {}", vector(*throughput)) };
         let mut text = format!("{}{worth}; light on its way {}\n", described(end), vector(*light));
         for Lender { pixel, confidence, light } in lenders {
-            let _ = writeln!(text, "   the suffix of {}, confidence {confidence}, sends {}", place(*pixel, width), vector(*light));
+            let _ = writeln!(
+                text,
+                "   the suffix of {}, confidence {confidence}, sends {}",
+                place(*pixel, width),
+                vector(*light)
+            );
         }
         if let Some(light) = canonical {
             let _ = writeln!(text, "   its own suffix sends {}", vector(*light));
@@ -157,9 +162,7 @@ impl Integration {
     }
 
     fn json(&self, width: u32) -> Value {
-        let lender = |Lender { pixel, confidence, light }: &Lender| {
-            json!({"pixel": position(*pixel, width), "confidence": confidence, "light": light.to_array()})
-        };
+        let lender = |Lender { pixel, confidence, light }: &Lender| json!({"pixel": position(*pixel, width), "confidence": confidence, "light": light.to_array()});
         json!({
             "end": prefix_json(&self.end),
             "throughput": self.throughput.to_array(),
@@ -211,10 +214,6 @@ fn position(pixel: u32, width: u32) -> [u32; 2] {
 fn place(pixel: u32, width: u32) -> String {
     let [x, y] = position(pixel, width);
     format!("({x}, {y})")
-}
-
-fn vector(v: Vec3) -> String {
-    format!("({:.6}, {:.6}, {:.6})", v.x, v.y, v.z)
 }
 
 #[cfg(test)]

@@ -53,7 +53,16 @@ pub(super) fn chain(settings: &SuffixSettings, stage: &Stage) -> Chain<SuffixPas
     let grid = sorted(&mut planes, words);
     let mut of_all = settings.params(stage);
     of_all.buckets = grid.as_ref().map_or(0, |grid| grid.buckets);
-    let passes = SuffixPasses { settings: settings.clone(), of_all, origins: mutual.origins(), mutual, ends, canonical, crossed, grid };
+    let passes = SuffixPasses {
+        settings: settings.clone(),
+        of_all,
+        origins: mutual.origins(),
+        mutual,
+        ends,
+        canonical,
+        crossed,
+        grid,
+    };
     Chain::new(stage, settings.integral(), reuses, planes, passes)
 }
 
@@ -257,8 +266,8 @@ mod tests {
     #[test]
     fn no_combination_of_settings_is_without_a_plan() {
         let scene = scene();
-        for (spatial, borrowed, bits) in
-            (0..3).flat_map(|spatial| (1..=MAX_BORROWED).flat_map(move |k| (0..8_u32).map(move |bits| (spatial, k, bits))))
+        for (spatial, borrowed, bits) in (0..3)
+            .flat_map(|spatial| (1..=MAX_BORROWED).flat_map(move |k| (0..8_u32).map(move |bits| (spatial, k, bits))))
         {
             let on = |bit: u32| bits >> bit & 1 == 1;
             let canonical = if on(2) { 1 } else { 4 };

@@ -1,7 +1,7 @@
 //! Settings of suffix ReSTIR.
 
-use crate::technique::restir_pt::{Direct, MAX_CONFIDENCE_CAP, MAX_DEPTH, PtSettings, Shift};
 use crate::settings;
+use crate::technique::restir_pt::{Direct, MAX_CONFIDENCE_CAP, MAX_DEPTH, PtSettings, Shift};
 use restir_shared::resample::params::Flags;
 use restir_shared::rng::Sampler;
 use restir_shared::shift::Hybrid;
@@ -86,7 +86,8 @@ impl SuffixSettings {
     /// Where suffixes are joined, in a scene that has blended surfaces or not.
     pub(super) fn hybrid(&self, blended: bool) -> Hybrid {
         let Self { shift, min_roughness, min_distance, footprint, spread, replays, .. } = *self;
-        let paths = PtSettings { shift, min_roughness, min_distance, footprint, spread, replays, ..PtSettings::default() };
+        let paths =
+            PtSettings { shift, min_roughness, min_distance, footprint, spread, replays, ..PtSettings::default() };
         paths.hybrid(blended)
     }
 
