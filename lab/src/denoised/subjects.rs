@@ -20,8 +20,16 @@ pub(super) struct Subject {
 
 /// Scenes with large lights, a small one behind a door, many small ones, and light under skin.
 pub(super) const SUBJECTS: [Subject; 4] = [
-    Subject { scene: "cornell", path: "jitter=off,max_depth=4", others: &[("restir-pt", "max_depth=4")] },
-    Subject { scene: "ajar", path: "jitter=off,max_depth=4", others: &[("restir-pt", "max_depth=4")] },
+    Subject {
+        scene: "cornell",
+        path: "jitter=off,max_depth=4",
+        others: &[("restir-pt", "max_depth=4"), ("restir-suffix", "max_depth=4")],
+    },
+    Subject {
+        scene: "ajar",
+        path: "jitter=off,max_depth=4",
+        others: &[("restir-pt", "max_depth=4"), ("restir-suffix", "max_depth=4")],
+    },
     Subject {
         scene: "many-lights",
         path: "jitter=off,max_depth=2",
