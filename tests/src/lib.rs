@@ -9,6 +9,7 @@ pub mod bsdf_f64;
 pub mod capture;
 pub mod cases;
 pub mod chain;
+pub mod coincident;
 pub mod crossings;
 pub mod data;
 pub mod device;

@@ -55,7 +55,8 @@ fn describe(scene: &Scene, stats: &SceneStats) -> String {
         ("features", features),
         ("camera", scene.camera.map_or_else(|| "none: framed automatically".to_owned(), camera)),
     ];
-    let warnings = scene.warnings.iter().map(|warning| format!("warning: {}\n", harmless(warning)));
+    let of_buffers = stats.warnings();
+    let warnings = scene.warnings.iter().chain(&of_buffers).map(|warning| format!("warning: {}\n", harmless(warning)));
     rows.iter().map(|(name, value)| format!("{name:16} {}\n", harmless(value))).chain(warnings).collect()
 }
 

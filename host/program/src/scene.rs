@@ -204,6 +204,7 @@ impl Additions {
             console::note(&format!("building a scene of {triangles} triangles"));
         }
         let buffers = patiently("building the scene", || SceneBuffers::build(scene))?;
+        buffers.stats().warnings().iter().for_each(|warning| console::note(&format!("warning: {warning}")));
         let light = scene.meshes.last().map_or(0, |light| light.indices.len() as u64);
         if !self.default_light || buffers.stats().triangles > light {
             return Ok(buffers);

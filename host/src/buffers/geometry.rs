@@ -1,6 +1,8 @@
 //! The geometry arena, word by word as in [`restir_shared::layout`]: nodes, triangles and, if the scene needs them, shading records.
 
-use super::{Flat, arena::float_word, lights::LightTables, shading};
+use super::coincident::{self, Coincident};
+use super::lights::{LightTables, emits};
+use super::{Flat, arena::float_word, shading};
 use crate::bvh::{Bounds, Node, leaf};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
@@ -11,7 +13,7 @@ use std::{iter::repeat_n, ops::Range, sync::Arc};
 const NODE: usize = 16;
 /// A child's box, with a reference beside each corner of the first.
 const BOX: usize = 8;
-const TRIANGLE: usize = 12;
+pub(super) const TRIANGLE: usize = 12;
 const SHADING: usize = 12;
 /// Where a triangle's material, light and object are among its words.
 const MATERIAL: usize = 3;
@@ -31,8 +33,8 @@ pub(super) enum Geometry<'a> {
     },
 }
 
-/// The arena but for what [`mark`] writes, and the bounds of everything.
-pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc<[u32]>, Bounds) {
+/// The arena but for what [`mark`] writes, the bounds of everything, and the lamps that lie in other surfaces.
+pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc<[u32]>, Bounds, Coincident) {
     let (nodes, triangles) = (flat.bvh.nodes.len(), flat.triangles.len());
     let per_triangle = TRIANGLE + if flat.with_shading { SHADING } else { 0 };
     // of known length, so that the words are written where they stay: a copy of them would be the peak of memory
@@ -44,7 +46,11 @@ pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc
     let free = Arc::get_mut(&mut words).unwrap_or_default();
     let (node_words, triangle_words) = free.split_at_mut(nodes * NODE);
     let (corner_words, shading_words) = triangle_words.split_at_mut(triangles * TRIANGLE);
-    let is_moved = |triangle: usize| moved.is_none_or(|moved| moved[flat.triangles[triangle].object as usize]);
+    // lamps may have been set apart from what has moved
+    let emits: Vec<bool> = scene.materials.iter().map(emits).collect();
+    let is_lamp = |index: usize| emits[flat.triangles[index].material(scene)];
+    let is_moved =
+        |index: usize| moved.is_none_or(|moved| moved[flat.triangles[index].object as usize]) || is_lamp(index);
     for index in (0..triangles).filter(|&index| is_moved(index)) {
         let triangle = flat.triangles[index];
         let corners = triangle.vertices(scene).map(|corner| float_word(corner, 0));
@@ -55,7 +61,12 @@ pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc
         }
     }
     let bounds = fit(flat, node_words, corner_words, &is_moved);
-    (words, bounds)
+    let coincident = coincident::set_apart(flat, node_words, corner_words, &is_lamp);
+    if coincident.lamps.is_empty() {
+        return (words, bounds, coincident);
+    }
+    let bounds = fit(flat, node_words, corner_words, &|index| coincident.lamps.contains(&index));
+    (words, bounds, coincident)
 }
 
 /// Fits the boxes of the nodes to their triangles, from the leaves up, where a triangle has moved; the bounds of everything.
@@ -85,18 +96,23 @@ fn fit(flat: &Flat, node_words: &mut [u32], corner_words: &[u32], is_moved: &dyn
 
 /// The union of a node's boxes.
 fn node_bounds(node_words: &[u32], node: usize) -> Bounds {
-    let side = |side: usize| {
-        let at = node * NODE + side * BOX;
+    let [first, second] = child_bounds(node_words, node);
+    first.union(second)
+}
+
+/// The boxes of a node's children.
+pub(super) fn child_bounds(node_words: &[u32], node: usize) -> [Bounds; 2] {
+    [0, BOX].map(|side| {
+        let at = node * NODE + side;
         Bounds { lo: vector(node_words, at), hi: vector(node_words, at + 4) }
-    };
-    side(0).union(side(1))
+    })
 }
 
 fn triangle_bounds(corner_words: &[u32], triangle: usize) -> Bounds {
     Bounds::of(&[0, 4, 8].map(|corner| vector(corner_words, triangle * TRIANGLE + corner)))
 }
 
-fn vector(words: &[u32], at: usize) -> Vec3 {
+pub(super) fn vector(words: &[u32], at: usize) -> Vec3 {
     Vec3::from_array([words[at], words[at + 1], words[at + 2]].map(f32::from_bits))
 }
 

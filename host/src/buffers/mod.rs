@@ -21,6 +21,7 @@
 
 mod arena;
 mod check;
+mod coincident;
 mod color;
 mod environment;
 mod features;
@@ -112,6 +113,21 @@ pub struct SceneStats {
     pub bounds: [[f32; 3]; 2],
     /// Names of the feature bits that are set.
     pub features: Vec<&'static str>,
+    /// Meshes with triangles that emit and lie in other surfaces, and the meshes of those, by their names. The triangles are moved by 2^-16 of
+    /// their largest coordinate, so that all rays see the same of them: in front of what does not emit, and of lamps that come later in the scene.
+    pub coincident_lamps: Vec<[String; 2]>,
+}
+
+impl SceneStats {
+    /// What a user should know about it, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let warning = |[lamp, other]: &[String; 2]| {
+            format!(
+                "the lamp {lamp:?} lies in {other:?}: its triangles are moved until rays can tell them apart, in front of what does not emit and of lamps that come later in the file; leave a gap, or leave one of them out"
+            )
+        };
+        self.coincident_lamps.iter().map(warning).collect()
+    }
 }
 
 impl SceneBuffers {
@@ -160,7 +176,7 @@ impl SceneBuffers {
         let Flat { triangles, bvh, skipped, texels, .. } = flat;
         let environment = flat.environment.as_ref();
         let (scene, around) = &surrounded(scene, triangles);
-        let (mut geometry, bounds) = geometry::packed(scene, flat, geometry);
+        let (mut geometry, bounds, coincident) = geometry::packed(scene, flat, geometry);
         let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bounds), 1.0));
         check::check_camera(scene, &camera)?;
         let tables = LightTables::new(scene, triangles, environment, &bounds);
@@ -194,6 +210,7 @@ impl SceneBuffers {
             bytes: words as u64 * 4,
             bounds: corners(&bounds),
             features: features::names(features),
+            coincident_lamps: coincident.names(scene),
         };
         Ok(Self {
             header,

@@ -23,7 +23,7 @@ use crate::origin::commit;
 use crate::{Error, report};
 use errors::Errors;
 use frames::Last;
-use subjects::{SUBJECTS, Subject, VARIANTS, configured};
+use subjects::{SUBJECTS, Subject, VARIANTS};
 
 /// Options of `cargo lab denoised`.
 #[derive(Args)]

@@ -2,9 +2,9 @@
 
 use restir_host::Error;
 use restir_host::scene::Scene;
-use restir_host::technique::{Technique, named};
+use restir_host::technique::Technique;
 use restir_tests::scenes;
-use restir_tests::technique::configure_by;
+use restir_tests::technique::configured;
 
 /// A technique and its name.
 pub(super) type Named = (&'static str, Box<dyn Technique>);
@@ -81,11 +81,4 @@ impl Subject {
         let all = std::iter::once(("path", self.path)).chain(self.others.iter().copied());
         all.map(|(name, settings)| Ok((name, configured(name, settings)?))).collect()
     }
-}
-
-/// A technique with settings.
-pub(super) fn configured(name: &str, settings: &str) -> Result<Box<dyn Technique>, Error> {
-    let mut technique = named(name)?;
-    configure_by(technique.as_mut(), settings)?;
-    Ok(technique)
 }

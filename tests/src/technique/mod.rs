@@ -189,6 +189,16 @@ pub fn configure_by(technique: &mut dyn Technique, settings: &str) -> Result<(),
     configure(technique, &texts)
 }
 
+/// A technique by its name, with settings.
+///
+/// # Errors
+/// As of [`technique::named`] and [`configure`].
+pub fn configured(name: &str, settings: &str) -> Result<Box<dyn Technique>, Error> {
+    let mut technique = technique::named(name)?;
+    configure_by(technique.as_mut(), settings)?;
+    Ok(technique)
+}
+
 /// Runs a render natively and shows the pictures that its film adds up, in their order: a plane of the film as the last
 /// pass left it that has it as its own.
 ///

@@ -1,6 +1,7 @@
 //! Techniques: what their frames are, and their means against path tracing and against walks in `f64`.
 
 mod alpha;
+mod coincident;
 mod denoise;
 mod genealogy;
 mod hybrid;
@@ -19,4 +20,4 @@ mod shift_twin;
 mod shifts;
 mod subsurface;
 
-restir_tests::suites! { alpha denoise genealogy hybrid moving paths restir_di restir_di_glass restir_di_visibility restir_pt restir_pt_direct restir_pt_genealogy restir_sss restir_sss_scales restir_suffix shift_twin shifts subsurface }
+restir_tests::suites! { alpha coincident denoise genealogy hybrid moving paths restir_di restir_di_glass restir_di_visibility restir_pt restir_pt_direct restir_pt_genealogy restir_sss restir_sss_scales restir_suffix shift_twin shifts subsurface }
