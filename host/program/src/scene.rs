@@ -136,6 +136,7 @@ impl Additions {
         }
         scene.warn_of_touching_bodies();
         scene.warn_of_nested_bodies();
+        scene.warn_of_dim_light();
         self.set_time(&mut scene)?;
         self.check_subdivision(&scene)?;
         Ok(scene.subdivided(self.subdivide))

@@ -35,6 +35,7 @@ mod camera;
 mod camera_path;
 mod closed;
 mod default_light;
+mod dim;
 mod emitters;
 mod environment;
 #[cfg(feature = "gltf")]
@@ -53,6 +54,7 @@ mod touching;
 
 pub use animation::{Animation, Blackout, Emitter, Motion, Pose};
 pub use camera_path::{CameraPath, Keyframe};
+pub use dim::EMISSION_RANGE;
 pub use light::{Environment, Light, LightKind};
 pub use material::{AlphaMode, Material, TextureUse, Volume, VolumeScattering};
 pub use rig::{

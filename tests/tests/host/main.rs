@@ -1,5 +1,6 @@
 //! What the host makes of scenes: renders, sessions, files.
 
+mod dim;
 mod far;
 mod foreign;
 mod frames;
@@ -7,4 +8,4 @@ mod gltf;
 mod posed;
 mod session;
 
-restir_tests::suites! { far foreign frames gltf posed session }
+restir_tests::suites! { dim far foreign frames gltf posed session }

@@ -81,6 +81,10 @@ pub const SUPPORTED_EXTENSIONS: &[&str] = &[
     "KHR_texture_transform",
 ];
 
+const DRACO: &str = "KHR_draco_mesh_compression";
+/// The glTF extensions for want of which a file is refused that only uses them, where it holds nothing else in their place.
+pub const REFUSED_EXTENSIONS: &[&str] = &[DRACO];
+
 /// What is wrong with a file, as a sentence without a full stop.
 type Problem = String;
 
