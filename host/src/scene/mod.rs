@@ -34,6 +34,8 @@ pub mod builtin;
 mod camera;
 mod camera_path;
 mod closed;
+#[cfg(feature = "gltf")]
+mod coarse;
 mod default_light;
 mod dim;
 mod emitters;

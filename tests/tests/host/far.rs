@@ -286,7 +286,7 @@ fn a_session_stays_in_its_coordinates() -> Result<(), Failed> {
             let begun = session.frame(&View { scene: SceneChange::Edited(scene), ..View::default() })?;
             assert!(frame == 0 || begun.history == History::Kept, "frame {frame} lost its history");
         }
-        let bits = sessions.each_ref().map(|session| bytes(session));
+        let bits = sessions.each_ref().map(bytes);
         assert!(bits[0] == bits[1], "frame {frame} has other bits far from the origin");
     }
     far.origin = DVec3::ZERO;
