@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
+use glam::{DAffine3, DMat4, DVec3, DVec4};
 use gltf::json::{Camera as JsonCamera, Index, Node};
 
 use restir_shared::num;
@@ -10,7 +10,6 @@ use restir_shared::num;
 use super::deform::Deformer;
 use super::{Importer, Problem, exact, label};
 use crate::error::ensure;
-use crate::scene::rig::unit;
 use crate::scene::{Camera, Instance, MAX_COORDINATE, Part, Placement, Property};
 
 /// The longer side of a picture whose aspect alone is known, in pixels.
@@ -46,7 +45,7 @@ impl Importer<'_> {
             let node = self.document.get(index, "it refers to node")?;
             ensure!(reached.insert(index), "node {index} is reached twice; nodes have to form trees");
             let world = world * placement(node, index)?.at_rest();
-            let exact = exact * self.exact_placement(node, index)?;
+            let exact = exact * self.exact_placement(node, index)?.at_rest();
             ensure!(world.is_finite(), "the transform of node {index} is not finite");
             let moves = moves || moved.contains(&index.value());
             self.movers.nodes.push((index.value(), parent));
@@ -135,18 +134,18 @@ impl Importer<'_> {
     }
 
     /// As [`placement`], in the precision of the file.
-    pub(super) fn exact_placement(&self, node: &Node, index: Index<Node>) -> Result<DAffine3, Problem> {
+    pub(super) fn exact_placement(&self, node: &Node, index: Index<Node>) -> Result<Placement, Problem> {
         let digits = self.document.digits.get(index.value()).copied().unwrap_or_default();
         Ok(match placement(node, index)? {
             Placement::Matrix(rounded) => {
                 let own = node.matrix.and_then(|matrix| exact::node_transform(&node.extras, matrix));
-                own.or(digits.matrix.map(columns)).unwrap_or(rounded)
+                Placement::Matrix(own.or(digits.matrix.map(columns)).unwrap_or(rounded))
             }
-            Placement::Parts { translation, rotation, scale } => DAffine3::from_scale_rotation_translation(
-                digits.scale.unwrap_or(scale.map(f64::from)).into(),
-                unit(DQuat::from_array(digits.rotation.unwrap_or(rotation.map(f64::from)))),
-                digits.translation.unwrap_or(translation.map(f64::from)).into(),
-            ),
+            Placement::Parts { translation, rotation, scale } => Placement::Parts {
+                translation: digits.translation.unwrap_or(translation),
+                rotation: digits.rotation.unwrap_or(rotation),
+                scale: digits.scale.unwrap_or(scale),
+            },
         })
     }
 }
@@ -158,7 +157,7 @@ fn size_of(aspect: f32) -> [u32; 2] {
     if aspect > 1.0 { [longer, shorter(num::recip(aspect))] } else { [shorter(aspect), longer] }
 }
 
-/// From the node's space to its parent's.
+/// From the node's space to its parent's, in single precision.
 pub(super) fn placement(node: &Node, index: Index<Node>) -> Result<Placement, Problem> {
     if let Some(matrix) = node.matrix {
         let rounded = affine(matrix).ok_or_else(|| format!("the matrix of node {index} is not affine"))?;
@@ -167,8 +166,11 @@ pub(super) fn placement(node: &Node, index: Index<Node>) -> Result<Placement, Pr
     let rotation = node.rotation.unwrap_or_default().0;
     let turned = rotation != [0.0; 4] && rotation.iter().all(|x| x.is_finite());
     ensure!(turned, "the rotation of node {index} has no direction");
-    let translation = node.translation.unwrap_or_default();
-    Ok(Placement::Parts { translation, rotation, scale: node.scale.unwrap_or([1.0; 3]) })
+    Ok(Placement::Parts {
+        translation: node.translation.unwrap_or_default().map(f64::from),
+        rotation: rotation.map(f64::from),
+        scale: node.scale.unwrap_or([1.0; 3]).map(f64::from),
+    })
 }
 
 /// A column-major matrix without its last row.

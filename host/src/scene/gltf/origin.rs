@@ -1,12 +1,9 @@
 //! Scenes far from the origin of their file.
 
-use std::collections::BTreeSet;
-
 use gltf::json::{Index, Node};
 
 use super::{Importer, Problem};
 use crate::scene::rig::carry;
-use crate::scene::{Placement, Property};
 
 impl Importer<'_> {
     /// Moves a scene that is far from the origin near it. Its nodes are read once more, in double precision: single precision has
@@ -23,14 +20,11 @@ impl Importer<'_> {
         Ok(())
     }
 
-    /// Nodes that tracks move stay in single precision, as the tracks are.
     fn place_rig(&mut self) -> Result<(), Problem> {
-        let tracks = self.scene.animation.rig.tracks.iter().filter(|track| track.property != Property::Weights);
-        let moved: BTreeSet<usize> = tracks.map(|track| track.node).collect();
-        for (place, &node) in self.rigged.iter().enumerate().filter(|(place, _)| !moved.contains(place)) {
+        for (place, &node) in self.rigged.iter().enumerate() {
             let index: Index<Node> = Index::new(node as u32);
             let exact = self.exact_placement(self.document.get(index, "it refers to node")?, index)?;
-            self.scene.animation.rig.nodes[place].placement = Placement::Matrix(exact);
+            self.scene.animation.rig.nodes[place].placement = exact;
         }
         Ok(())
     }

@@ -50,11 +50,11 @@ pub enum Placement {
     /// Scaled, then turned, then moved.
     Parts {
         /// In units of length.
-        translation: [f32; 3],
+        translation: [f64; 3],
         /// A quaternion x, y, z, w of any length but zero.
-        rotation: [f32; 4],
+        rotation: [f64; 4],
         /// Factors along the axes.
-        scale: [f32; 3],
+        scale: [f64; 3],
     },
 }
 
@@ -145,9 +145,9 @@ impl Placement {
         match *self {
             Self::Matrix(matrix) => matrix,
             Self::Parts { translation, rotation, scale } => DAffine3::from_scale_rotation_translation(
-                changed.scale.unwrap_or_else(|| double(scale)),
-                unit(changed.rotation.unwrap_or_else(|| DQuat::from_array(rotation.map(f64::from)))),
-                changed.translation.unwrap_or_else(|| double(translation)),
+                changed.scale.unwrap_or(scale.into()),
+                unit(changed.rotation.unwrap_or_else(|| DQuat::from_array(rotation))),
+                changed.translation.unwrap_or(translation.into()),
             ),
         }
     }
@@ -159,7 +159,7 @@ impl Placement {
 }
 
 /// A unit quaternion; no turn for zero, which a cubic spline may pass.
-pub(super) fn unit(rotation: DQuat) -> DQuat {
+fn unit(rotation: DQuat) -> DQuat {
     let length = rotation.length();
     if length > 0.0 && length.is_finite() { rotation.normalize() } else { DQuat::IDENTITY }
 }
