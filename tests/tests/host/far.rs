@@ -7,6 +7,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::image::Image;
 use restir_host::render::Render;
+use restir_host::scene::{Attachment, Interpolation, Node, Part, Property, Rig, Track};
 use restir_host::scene::{Camera, Environment, Light, LightKind, Material, Mesh, Scene, builtin, export};
 use restir_host::session::{CpuSession, History, SceneChange, Setup, View};
 use restir_host::technique::Technique as _;
@@ -216,7 +217,7 @@ fn what_moves_stays_in_its_place() -> Result<(), Failed> {
     Ok(())
 }
 
-/// Nodes a millimetre apart at the radius of the earth, where single precision has steps of half a unit.
+/// Nodes a millimetre apart at the radius of the earth, where single precision has steps of half a unit; one of them turns.
 fn the_digits_of_a_file_count() -> Result<(), Failed> {
     let radius = 6_378_137.123_456;
     let mut scene = sphere(DVec3::ZERO);
@@ -226,6 +227,18 @@ fn the_digits_of_a_file_count() -> Result<(), Failed> {
         intensity: [1.0; 3],
         kind: LightKind::Point { position: DVec3::Y },
     });
+    scene.animation.rig = Rig {
+        nodes: vec![Node::default()],
+        tracks: vec![Track {
+            node: 0,
+            property: Property::Rotation,
+            interpolation: Interpolation::Linear,
+            times: vec![0.0, 1.0],
+            values: vec![0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0],
+        }],
+        attachments: vec![Attachment { node: 0, part: Part::Instance(1) }],
+        ..Rig::default()
+    };
     let (mut document, rest) = split(&export::glb(&scene)?).map(|(document, rest)| (document, rest.to_vec()))?;
     let step = 0.001;
     for (index, node) in document["nodes"].as_array_mut().ok_or("no nodes")?.iter_mut().enumerate() {
@@ -238,6 +251,8 @@ fn the_digits_of_a_file_count() -> Result<(), Failed> {
         camera.as_object_mut().ok_or("a camera")?.remove("extras");
     }
     let far = imported("digits", &joined(&document, &rest))?;
+    assert!(!far.animation.is_still(), "nothing turns");
+    let far = far.at(0.0);
     let LightKind::Point { position: lamp } = far.lights[0].kind else { return Err("a point light".into()) };
     let camera = far.camera.ok_or("no camera")?;
     let places =
