@@ -58,7 +58,7 @@ choices! {
         "normal" => Normal,
         /// Distance from the plane through the camera that is parallel to the image, in the scene's unit of length; 10^10 where nothing is.
         "depth" => Depth,
-        /// Position in world space; zero where nothing is.
+        /// Position in world space, also of a scene that was [moved near its origin](crate::scene::Scene::origin); zero where nothing is.
         "position" => Position,
         /// How the point moves in the image, in pixels to the right and up: X and Y are its place in the frame before relative to that in this
         /// one, Z and W its place in this frame relative to that in the next one.
@@ -201,6 +201,7 @@ impl Moments {
             seed: shot.seed,
             integral: shot.integral,
             samples: shot.samples.clamp(1, MOST_SAMPLES),
+            origin: shot.scene.origin(),
         }
     }
 }
@@ -214,6 +215,7 @@ struct Views<'a> {
     seed: u32,
     integral: Integral,
     samples: u32,
+    origin: DVec3,
 }
 
 impl Views<'_> {
@@ -225,9 +227,13 @@ impl Views<'_> {
         let forward = double(Vec3::from_array(camera.forward)).normalize();
         let to = double(point.position) - double(Vec3::from_array(camera.position));
         Aov::Depth.put(values, &[to.dot(forward) as f32]);
-        Aov::Position.put(values, &point.position.to_array());
+        Aov::Position.put(values, &self.in_world(point.position).to_array());
         Aov::Motion.put(values, &self.motion(&ray, &hit, &point));
         Aov::Id.put(values, &[owner(&self.this, hit.id).1 as f32 + 1.0]);
+    }
+
+    fn in_world(&self, position: Vec3) -> Vec3 {
+        if self.origin == DVec3::ZERO { position } else { (double(position) + self.origin).as_vec3() }
     }
 
     /// What the ray through the centre of the pixel and of the lens meets.

@@ -4,16 +4,17 @@ use std::path::PathBuf;
 
 use restir::exec::Executor;
 use restir::render::{Progress, Render};
-use restir::scene::{Camera, CameraPath};
+use restir::scene::Camera;
 use restir::technique::{self, Repeats};
 use restir::{Error, buffers::SceneBuffers};
 use serde_json::json;
 
 use super::candidate::{Candidate, LAST_FRAME, candidate, picture, refuse_twice};
+use super::metadata::vector;
 use super::parse::{natural, quoted, require};
 use super::reference::PictureArguments;
 use super::scene::DEFAULT_SIZE;
-use super::technique::cameras;
+use super::technique::{cameras, path};
 use super::trial::{self, Judgement, Subject, Trial, Tried, Window};
 use super::{console, device, progress::reported};
 
@@ -79,9 +80,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let size = arguments.picture.size(scene.default_size.unwrap_or(DEFAULT_SIZE))?;
     arguments.picture.additions.complete(&mut scene, size)?;
     let buffers = arguments.picture.additions.buffers(&scene)?;
-    let path = arguments.camera_path.as_deref().map(CameraPath::open).transpose()?;
+    let path = path(arguments.camera_path.as_deref(), &buffers)?;
     let cameras = cameras(path.as_ref(), buffers.camera, frames)?;
-    let last_view = cameras.last().map(look);
+    let last_view = cameras.last().map(|camera| look(&camera.moved(buffers.origin())));
     let candidates = comparable(arguments, &buffers, candidates)?;
     let subject = Subject::new(&scene, buffers, cameras, frames)?;
     let mut device = device::open(&arguments.device)?;
@@ -168,7 +169,7 @@ fn check(trials: &[Trial<'_>]) -> Result<(), Error> {
 
 /// A camera as --camera has it.
 fn look(camera: &Camera) -> String {
-    let [eye, target] = [camera.position, camera.target].map(|at| format!("{},{},{}", at.x, at.y, at.z));
+    let [eye, target] = [camera.position, camera.target].map(vector);
     format!("{eye}:{target}:{}", camera.vertical_fov.to_degrees())
 }
 

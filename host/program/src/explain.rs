@@ -6,10 +6,12 @@ use std::str::FromStr;
 use restir::{
     Error,
     render::Render,
+    shared::glam::DVec3,
     technique::Repeats,
     technique::explain::{Place, Subject},
 };
 
+use super::metadata::vector;
 use super::parse::natural;
 use super::technique::{TechniqueArguments, cameras, configured, refuse_unused};
 use super::{console, device, progress::patiently, reference::PictureArguments, scene::DEFAULT_SIZE};
@@ -69,7 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         Repeats::Samples => 1,
         Repeats::Frames => frames.unwrap_or(technique.about().default_count),
     };
-    let cameras = cameras(options.path()?.as_ref(), buffers.camera, count)?;
+    let cameras = cameras(options.path(&buffers)?.as_ref(), buffers.camera, count)?;
     let render = Render { count, seed: options.seed, cameras, ..Render::new(size, technique) };
     let place = Place { x: *x, y: *y, sample: arguments.sample.unwrap_or(0) };
     place.check(&render)?;
@@ -77,6 +79,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut device = device::open_for(&arguments.device, &buffers, &render)?;
     let subject = Subject { scene: &scene, buffers: &buffers, render: &render, place };
     let explanation = patiently("explaining", || render.technique.inspect().explain(device.as_mut(), subject))?;
+    let origin = buffers.origin();
+    if origin != DVec3::ZERO {
+        console::note(&format!("the scene is far from the origin: positions are relative to {}", vector(origin)));
+    }
     match arguments.json {
         true => console::print(&format!("{}\n", explanation.json)),
         false => console::print_shortened(&explanation.text),

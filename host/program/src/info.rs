@@ -6,6 +6,7 @@ use restir::Error;
 use restir::buffers::{SceneBuffers, SceneStats};
 use restir::image::{Content, read_exr_content};
 use restir::scene::{Camera, Environment, LightKind, Scene, Texture};
+use restir::shared::glam::DVec3;
 
 use super::console::{self, harmless};
 use super::{parse::ends_in, progress::patiently};
@@ -37,7 +38,7 @@ fn image(content: &Content) -> String {
 }
 
 fn describe(scene: &Scene, stats: &SceneStats) -> String {
-    let [lo, hi] = stats.bounds;
+    let [lo, hi] = stats.bounds.map(|corner| in_world(scene, corner));
     let features = if stats.features.is_empty() { "none".to_owned() } else { stats.features.join(", ") };
     let rows = [
         ("scene", scene.name.clone()),
@@ -51,13 +52,30 @@ fn describe(scene: &Scene, stats: &SceneStats) -> String {
         ("textures", textures(&scene.textures)),
         ("BVH", format!("{} nodes, depth {}", stats.nodes, stats.bvh_depth)),
         ("buffers", format!("{} bytes", stats.bytes)),
-        ("bounds", format!("{lo:?} to {hi:?}")),
+        ("bounds", format!("{lo} to {hi}")),
+        ("origin", origin(scene)),
         ("features", features),
         ("camera", scene.camera.map_or_else(|| "none: framed automatically".to_owned(), camera)),
     ];
     let of_buffers = stats.warnings();
     let warnings = scene.warnings.iter().chain(&of_buffers).map(|warning| format!("warning: {}\n", harmless(warning)));
     rows.iter().map(|(name, value)| format!("{name:16} {}\n", harmless(value))).chain(warnings).collect()
+}
+
+/// A position as the file has it.
+fn in_world(scene: &Scene, position: [f32; 3]) -> String {
+    if scene.origin == DVec3::ZERO {
+        return format!("{position:?}");
+    }
+    let position = scene.origin + DVec3::from_array(position.map(f64::from));
+    format!("{:?}", position.to_array())
+}
+
+fn origin(scene: &Scene) -> String {
+    if scene.origin == DVec3::ZERO {
+        return "that of the world".to_owned();
+    }
+    format!("{:?}, relative to which the scene is rendered", scene.origin.to_array())
 }
 
 fn lights(scene: &Scene, stats: &SceneStats) -> String {

@@ -6,6 +6,7 @@ use restir::denoise::Denoise;
 use restir::exec::Description;
 use restir::render::{Render, Rendered};
 use restir::scene::{Camera, Environment, Scene};
+use restir::shared::glam::DVec3;
 use restir::technique::{Integral, Repeats};
 
 use super::device::parity;
@@ -37,6 +38,9 @@ pub(super) fn of_render(
         (about.repeats.name(), render.count.to_string()),
         ("seed", render.seed.to_string()),
     ];
+    if scene.origin != DVec3::ZERO {
+        pairs.push(("origin", vector(scene.origin)));
+    }
     pairs.extend(rendered.counts.iter().map(|(name, count)| (*name, count.to_string())));
     let animation = &scene.animation;
     if !animation.is_still() {
@@ -81,6 +85,11 @@ pub(super) fn of_reference(scene: &str, integral: Integral, reference: &Referenc
 
 fn owned(pairs: Vec<(&str, String)>) -> Vec<(String, String)> {
     pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+/// A point as --camera has it.
+pub(super) fn vector(point: DVec3) -> String {
+    format!("{},{},{}", point.x, point.y, point.z)
 }
 
 fn environment(environment: &Environment) -> String {

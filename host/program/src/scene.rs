@@ -136,6 +136,7 @@ impl Additions {
         }
         scene.warn_of_touching_bodies();
         scene.warn_of_nested_bodies();
+        scene.warn_of_dim_light();
         self.set_time(&mut scene)?;
         self.check_subdivision(&scene)?;
         Ok(scene.subdivided(self.subdivide))
@@ -175,7 +176,9 @@ impl Additions {
         if self.camera.is_some() {
             scene.animation.rig.release_camera();
         }
-        let camera = self.camera.or(scene.camera).unwrap_or_else(|| Camera::framing(scene.bounds(), aspect));
+        // what a user says is in the world
+        let given = self.camera.map(|camera| camera.moved(-scene.origin));
+        let camera = given.or(scene.camera).unwrap_or_else(|| Camera::framing(scene.bounds(), aspect));
         scene.camera = Some(self.with_lens(camera)?);
         if self.emitters > 0 {
             let count = self.emitters;

@@ -1,11 +1,13 @@
 //! The technique that a command works with, and its settings.
 
 use std::ops::RangeInclusive;
+use std::path::Path;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use restir::Error;
 use restir::advanced::memory;
+use restir::buffers::SceneBuffers;
 use restir::scene::{Camera, CameraPath};
 use restir::technique::{self, Repeats, Technique, configure};
 
@@ -71,10 +73,15 @@ impl TechniqueArguments {
         }
     }
 
-    /// The path of the camera, if it has one.
-    pub(super) fn path(&self) -> Result<Option<CameraPath>, Error> {
-        self.camera_path.as_deref().map(CameraPath::open).transpose()
+    /// The path of the camera in a scene, if it has one.
+    pub(super) fn path(&self, scene: &SceneBuffers) -> Result<Option<CameraPath>, Error> {
+        path(self.camera_path.as_deref(), scene)
     }
+}
+
+/// A path of that name or file, which is in the world, in a scene.
+pub(super) fn path(name_or_file: Option<&Path>, scene: &SceneBuffers) -> Result<Option<CameraPath>, Error> {
+    name_or_file.map(|path| Ok(CameraPath::open(path)?.moved(-scene.origin()))).transpose()
 }
 
 /// The cameras of frames along a path; none without one.

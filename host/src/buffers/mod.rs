@@ -36,7 +36,7 @@ mod triangles;
 use crate::bvh::{self, Bounds, Bvh, Effort};
 use crate::scene::{Camera, Scene};
 use crate::{Error, memory, wide_bvh::WideBvh};
-use glam::UVec4;
+use glam::{DVec3, UVec4};
 use restir_shared::layout::{LIGHT_TRIANGLE, NODE_WORDS, NONE, SceneHeader, TRIANGLE_ALPHA, TRIANGLE_WORDS};
 use restir_shared::scene::SceneView;
 use std::borrow::Cow;
@@ -65,6 +65,7 @@ pub struct SceneBuffers {
     pub features: u32,
     /// The camera.
     pub camera: Camera,
+    origin: DVec3,
     stats: SceneStats,
     /// of all copies
     wide: Arc<OnceLock<WideBvh>>,
@@ -219,6 +220,7 @@ impl SceneBuffers {
             texels: texel_words,
             features,
             camera,
+            origin: scene.origin,
             stats,
             wide: Arc::default(),
             posed: Posed::of(scene),
@@ -236,6 +238,7 @@ impl SceneBuffers {
             texels: nothing,
             features,
             camera: Camera::framing([[-1.0; 3], [1.0; 3]], 1.0),
+            origin: DVec3::ZERO,
             stats: SceneStats::default(),
             wide: Arc::default(),
             posed: Arc::default(),
@@ -246,6 +249,11 @@ impl SceneBuffers {
     /// Whether it stands for a scene of other types: all others have a triangle.
     pub(crate) fn is_foreign(&self) -> bool {
         self.header.triangle_count == 0
+    }
+
+    /// Where in the world the origin of all coordinates here is: [`Scene::origin`].
+    pub fn origin(&self) -> DVec3 {
+        self.origin
     }
 
     /// What the scene consists of.

@@ -226,6 +226,7 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
         scene.materials.iter().map(|m| m.volume.is_some_and(|volume| volume.scatters())).collect()
     };
     let parts = [
+        ("its origin", a.origin == b.origin),
         ("its meshes", a.meshes.len() == b.meshes.len() && a.meshes.iter().zip(&b.meshes).all(same_mesh)),
         ("its instances", a.instances.iter().map(|i| i.mesh).eq(b.instances.iter().map(|i| i.mesh))),
         (

@@ -177,7 +177,7 @@ impl Scene {
 
     /// The camera as of [`Self::at`].
     pub fn camera_at(&self, frame: f64) -> Option<Camera> {
-        Some(self.animation.rig.camera(self.camera?, self.animation.time(frame)))
+        Some(self.animation.rig.camera(self.camera?, self.animation.time(frame), self.origin))
     }
 
     fn without_animation(&self) -> Scene {
@@ -192,6 +192,7 @@ impl Scene {
             environment: environment.clone(),
             camera: self.camera,
             animation: Animation::default(),
+            origin: self.origin,
             default_size: self.default_size,
             files: self.files.clone(),
             warnings: self.warnings.clone(),

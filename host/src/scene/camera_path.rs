@@ -65,6 +65,21 @@ impl CameraPath {
         }
     }
 
+    /// The path elsewhere. Keyframes in coordinates of the world are those of a scene if they are moved by minus [`Scene::origin`];
+    /// what goes around a target or turns does so anywhere.
+    ///
+    /// [`Scene::origin`]: super::Scene::origin
+    #[must_use]
+    pub fn moved(mut self, step: DVec3) -> Self {
+        if let Self::Keyframes(keys) = &mut self {
+            for key in keys {
+                key.position += step;
+                key.target += step;
+            }
+        }
+        self
+    }
+
     /// The cameras of the first `frames` frames; `camera` is the scene's, whose up vector and lens stay.
     ///
     /// # Errors

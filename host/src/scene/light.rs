@@ -9,7 +9,7 @@ pub struct Light {
     /// Name for messages.
     pub name: String,
     /// Radiant intensity of a point or spot light, in power per steradian; of a directional light the irradiance on a
-    /// surface that faces it. Linear RGB, not negative.
+    /// surface that faces it. Linear RGB, not negative; see [`EMISSION_RANGE`](super::EMISSION_RANGE).
     pub intensity: [f32; 3],
     /// The shape of the light.
     pub kind: LightKind,
@@ -52,7 +52,7 @@ pub struct Environment {
     /// Linear RGB radiance, rows from +y down to -y. The middle column lies at +z, and a quarter of the width to its
     /// left at +x.
     pub pixels: Arc<[[f32; 3]]>,
-    /// Factor on the radiance.
+    /// Factor on the radiance; see [`EMISSION_RANGE`](super::EMISSION_RANGE).
     pub scale: f32,
     /// Turn about +y in degrees, counter-clockwise as seen from +y.
     pub rotation: f64,

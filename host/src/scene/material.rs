@@ -33,7 +33,7 @@ pub struct Material {
     pub normal_texture: Option<TextureUse>,
     /// Factor on x and y of the normal map.
     pub normal_scale: f32,
-    /// Emitted radiance, linear RGB, not negative.
+    /// Emitted radiance, linear RGB, not negative; see [`EMISSION_RANGE`](super::EMISSION_RANGE).
     pub emission: [f32; 3],
     /// sRGB.
     pub emission_texture: Option<TextureUse>,

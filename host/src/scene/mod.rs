@@ -34,7 +34,10 @@ pub mod builtin;
 mod camera;
 mod camera_path;
 mod closed;
+#[cfg(feature = "gltf")]
+mod coarse;
 mod default_light;
+mod dim;
 mod emitters;
 mod environment;
 #[cfg(feature = "gltf")]
@@ -44,6 +47,7 @@ pub mod gltf;
 mod light;
 mod material;
 mod nesting;
+mod origin;
 mod rig;
 mod shapes;
 pub mod subsurface;
@@ -52,6 +56,7 @@ mod touching;
 
 pub use animation::{Animation, Blackout, Emitter, Motion, Pose};
 pub use camera_path::{CameraPath, Keyframe};
+pub use dim::EMISSION_RANGE;
 pub use light::{Environment, Light, LightKind};
 pub use material::{AlphaMode, Material, TextureUse, Volume, VolumeScattering};
 pub use rig::{
@@ -67,13 +72,13 @@ pub struct Scene {
     pub name: String,
     /// Triangle meshes in their own space, shared between copies of the scene.
     pub meshes: Vec<Arc<Mesh>>,
-    /// Placed meshes, in world space.
+    /// Placed meshes, in the space of the scene: that of the world, or moved by its [origin](Self::origin).
     pub instances: Vec<Instance>,
     /// The materials that meshes refer to.
     pub materials: Vec<Material>,
     /// Images that materials refer to.
     pub textures: Vec<Texture>,
-    /// Lights without a surface, in world space. Emissive surfaces are meshes of an emissive material.
+    /// Lights without a surface, in the space of the scene. Emissive surfaces are meshes of an emissive material.
     pub lights: Vec<Light>,
     /// Light from all around; black without.
     pub environment: Option<Environment>,
@@ -81,6 +86,10 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// How it changes with time. What does not ask for a time sees the scene at time 0.
     pub animation: Animation,
+    /// Where in the world the origin of the scene's coordinates is. It is zero but for a scene that was far from the world's origin and has
+    /// been moved near its own ([`Self::move_to_origin`]), as the import does: all coordinates of the scene, and of cameras
+    /// that see it, are those of the world minus this. The nodes of a rig alone stay in the world.
+    pub origin: DVec3,
     /// Image size that suits the scene, in pixels.
     pub default_size: Option<[u32; 2]>,
     /// The files that it was read from: a document and what that refers to. None of a scene that was made otherwise.
@@ -218,8 +227,14 @@ impl Scene {
     /// Lower and upper corner of all instances' vertices in world space, rounded outwards; an empty scene has its
     /// lower corner at +infinity and its upper at -infinity. Vertices that are NaN do not count.
     pub fn bounds(&self) -> [[f32; 3]; 2] {
+        let [lo, hi] = self.exact_bounds();
+        [lo.to_array().map(round_down), hi.to_array().map(round_up)]
+    }
+
+    /// [`Self::bounds`] before they are rounded.
+    fn exact_bounds(&self) -> [DVec3; 2] {
         if self.animation != Animation::default() {
-            return self.at(0.0).bounds();
+            return self.at(0.0).exact_bounds();
         }
         let mut lo = DVec3::INFINITY;
         let mut hi = DVec3::NEG_INFINITY;
@@ -232,7 +247,7 @@ impl Scene {
                 }
             }
         }
-        [lo.to_array().map(round_down), hi.to_array().map(round_up)]
+        [lo, hi]
     }
 }
 

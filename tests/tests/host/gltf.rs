@@ -11,6 +11,8 @@ use restir_host::technique::path::{PathSettings, Subsurface};
 use restir_tests::gltf_motion::imported as import;
 use restir_tests::suite::Trial;
 use restir_tests::{data, device, gltf_files};
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 /// The generated file of a name.
@@ -103,9 +105,36 @@ fn comparison_is_alive() -> Result<(), Failed> {
     Ok(())
 }
 
+/// What is done with extensions, as a table in Markdown has it.
+fn listed(text: &str) -> BTreeMap<&str, &str> {
+    let rows = text.lines().filter_map(|line| line.strip_prefix('|')?.split_once('|'));
+    let named = rows.filter_map(|(name, rest)| {
+        let name = name.trim().strip_prefix('`')?.strip_suffix('`')?;
+        (name.starts_with("KHR_") || name.starts_with("EXT_"))
+            .then(|| (name, rest.split('|').next().unwrap_or("").trim()))
+    });
+    named.collect()
+}
+
+/// The documentation names the extensions of the import's tables, and says what becomes of them.
+fn extensions_are_listed() -> Result<(), Failed> {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/rendering.md"))?;
+    let read = gltf::SUPPORTED_EXTENSIONS.iter().map(|name| (*name, "read"));
+    let expected: BTreeMap<&str, &str> =
+        read.chain(gltf::REFUSED_EXTENSIONS.iter().map(|name| (*name, "refused"))).collect();
+    assert_eq!(listed(&text), expected);
+    assert!(text.contains("| any other | ignored |"));
+    let wrong = text.replace("`KHR_materials_ior` | read", "`KHR_materials_ior` | ignored");
+    assert_ne!(listed(&wrong), expected, "a wrong list is seen");
+    Ok(())
+}
+
 pub(crate) fn trials() -> Vec<Trial> {
-    let mut trials =
-        vec![Trial::test("external files", external), Trial::test("the comparison is alive", comparison_is_alive)];
+    let mut trials = vec![
+        Trial::test("extensions are listed", extensions_are_listed),
+        Trial::test("external files", external),
+        Trial::test("the comparison is alive", comparison_is_alive),
+    ];
     for (name, file) in gltf_files::textured() {
         trials.push(Trial::test(format!("generated/{name}"), move || generated(name, &file)));
     }

@@ -1,9 +1,11 @@
 //! What the host makes of scenes: renders, sessions, files.
 
+mod dim;
+mod far;
 mod foreign;
 mod frames;
 mod gltf;
 mod posed;
 mod session;
 
-restir_tests::suites! { foreign frames gltf posed session }
+restir_tests::suites! { dim far foreign frames gltf posed session }

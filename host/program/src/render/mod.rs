@@ -128,8 +128,8 @@ impl Arguments {
     }
 
     /// The path of the camera, if it has one.
-    fn path(&self) -> Result<Option<CameraPath>, Error> {
-        self.turntable.map_or_else(|| self.technique.path(), |frames| Ok(Some(CameraPath::Turntable(frames))))
+    fn path(&self, scene: &SceneBuffers) -> Result<Option<CameraPath>, Error> {
+        self.turntable.map_or_else(|| self.technique.path(scene), |frames| Ok(Some(CameraPath::Turntable(frames))))
     }
 
     /// What is asked for, seen by the scene's camera.
@@ -306,7 +306,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let size = [render.width, render.height];
     additions.complete(&mut scene, size)?;
     let buffers = additions.buffers(&scene)?;
-    let path = arguments.path()?;
+    let path = arguments.path(&buffers)?;
     let frames = numbered.as_ref().map_or(render.count, |frames| frames.end() + 1);
     let cameras = cameras(path.as_ref(), buffers.camera, frames)?;
     let render = Render { cameras, ..render };

@@ -7,6 +7,7 @@ mod careless;
 #[cfg(unix)]
 mod child;
 mod data_files;
+mod far;
 mod films;
 mod found;
 #[cfg(feature = "gpu")]

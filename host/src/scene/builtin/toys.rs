@@ -46,7 +46,8 @@ fn add_room(scene: &mut Scene) {
 
 /// Adds a node and gives its index.
 fn add_node(scene: &mut Scene, name: &str, parent: Option<usize>, translation: DVec3) -> usize {
-    let rest = Placement::Parts { translation: single(translation), rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] };
+    let translation = single(translation).map(f64::from);
+    let rest = Placement::Parts { translation, rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] };
     let nodes = &mut scene.animation.rig.nodes;
     nodes.push(Node { name: name.to_owned(), parent, placement: rest, weights: Vec::new() });
     nodes.len() - 1

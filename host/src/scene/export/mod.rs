@@ -27,10 +27,12 @@
 //! # Ok::<(), restir_host::Error>(())
 //! ```
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::Path;
 
+use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::{MorphTarget, Scene};
@@ -66,6 +68,12 @@ pub fn write(scene: &Scene, path: &Path) -> Result<(), Error> {
 pub fn glb(scene: &Scene) -> Result<Vec<u8>, Error> {
     // The bytes are gathered once, and copied into the file.
     memory::check(2 * bytes(scene), &format!("the export of scene {}", scene.name), "choose a smaller scene")?;
+    // the file is in the world
+    let mut world = Cow::Borrowed(scene);
+    if scene.origin != DVec3::ZERO {
+        world.to_mut().set_origin(DVec3::ZERO);
+    }
+    let scene = &*world;
     let export = || -> Result<Vec<u8>, Problem> {
         scene.animation.problem(scene).map_or(Ok(()), Err)?;
         let mut document = Document::default();

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use gltf::json::{self, Root};
+use serde::Deserialize;
 use serde_json::{Number, Value};
 
 use super::{Problem, is_supported};
@@ -16,6 +17,18 @@ const EXACT: f64 = 9_007_199_254_740_992.0;
 pub(super) struct Parsed {
     pub(super) root: Root,
     pub(super) warnings: Vec<String>,
+    /// Of each node.
+    pub(super) digits: Vec<Digits>,
+}
+
+/// The transform of a node in double precision: the types of the crate `gltf` have single precision.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Digits {
+    pub(super) matrix: Option<[f64; 16]>,
+    pub(super) translation: Option<[f64; 3]>,
+    pub(super) rotation: Option<[f64; 4]>,
+    pub(super) scale: Option<[f64; 3]>,
 }
 
 /// Reads a document.
@@ -30,13 +43,16 @@ pub(super) fn parse(text: &[u8]) -> Result<Parsed, Problem> {
     let unknown = used.iter().filter(|name| !is_supported(name));
     let mut warnings: Vec<String> =
         unknown.map(|name| format!("the extension {name} is not supported and was ignored")).collect();
+    let nodes = value["nodes"].as_array().map(Vec::as_slice).unwrap_or_default();
+    // what is wrong with a node is said below
+    let digits = nodes.iter().map(|node| Digits::deserialize(node).unwrap_or_default()).collect();
     // what is read as it stands keeps its digits, and errors their places
     let root = typed(text).or_else(|problem| {
         drop_channels(&mut value, &mut warnings);
         whole_numbers(&mut value);
         typed(value.to_string().as_bytes()).map_err(|_| problem)
     })?;
-    Ok(Parsed { root, warnings })
+    Ok(Parsed { root, warnings, digits })
 }
 
 fn typed(text: &[u8]) -> Result<Root, Problem> {

@@ -7,13 +7,10 @@ use gltf::json::mesh::{Mesh as JsonMesh, Mode, Primitive, Semantic};
 use gltf::json::{Index, validation::Checked};
 
 use super::deform::Deformer;
-use super::{Importer, Problem, label};
+use super::{DRACO, Importer, Problem, label};
 use crate::error::ensure;
 use crate::scene::Mesh;
 use crate::scene::closed::is_closed;
-
-/// Compressed meshes, beside which a file may have the same ones in plain form.
-const DRACO: &str = "KHR_draco_mesh_compression";
 
 impl Importer<'_> {
     /// The scene's meshes for a mesh of the file; added when first asked for.
@@ -73,6 +70,7 @@ impl Importer<'_> {
             self.warn("it has no positions and was skipped");
             return Ok(());
         };
+        // a file may have the same mesh in plain form
         let compressed = primitive.extensions.as_ref().is_some_and(|extensions| extensions.others.contains_key(DRACO));
         let accessor = self.document.get(positions, "it has accessor")?;
         let empty = accessor.buffer_view.is_none() && accessor.sparse.is_none();

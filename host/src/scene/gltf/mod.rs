@@ -34,9 +34,10 @@ use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use glam::DAffine3;
 use gltf::json::{self, Index, Root, root::Get};
 
-use super::{Scene, Track};
+use super::{Part, Scene, Track};
 use crate::error::ensure;
 use crate::error::gib;
 use crate::{Error, input};
@@ -55,6 +56,7 @@ mod light;
 mod material;
 mod mesh;
 mod node;
+mod origin;
 mod rig;
 mod texture;
 mod uri;
@@ -78,6 +80,10 @@ pub const SUPPORTED_EXTENSIONS: &[&str] = &[
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
+
+const DRACO: &str = "KHR_draco_mesh_compression";
+/// The glTF extensions for want of which a file is refused that only uses them, where it holds nothing else in their place.
+pub const REFUSED_EXTENSIONS: &[&str] = &[DRACO];
 
 /// What is wrong with a file, as a sentence without a full stop.
 type Problem = String;
@@ -109,11 +115,11 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
 
 pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<Scene, Problem> {
     let (text, blob) = container::split(bytes)?;
-    let document::Parsed { root, warnings } = document::parse(text)?;
+    let document::Parsed { root, warnings, digits } = document::parse(text)?;
     check_support(&root)?;
     let mut file_room = budget::max_bytes();
     let buffers = buffer::load_all(&root, blob, folder, &mut file_room)?;
-    let document = Document { root: &root, buffers };
+    let document = Document { root: &root, buffers, digits };
     document.check_memory()?;
     let mut importer = Importer {
         document,
@@ -127,12 +133,16 @@ pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<
         images: BTreeMap::new(),
         tracks: Vec::new(),
         movers: rig::Movers::default(),
+        places: Vec::new(),
+        rigged: Vec::new(),
     };
     warnings.into_iter().for_each(|warning| importer.warn(warning));
     importer.add_materials()?;
     importer.add_animations()?;
     importer.add_nodes()?;
     importer.add_rig()?;
+    importer.move_to_origin()?;
+    importer.scene.warn_of_coarse_vertices();
     Ok(importer.scene)
 }
 
@@ -147,6 +157,8 @@ fn files(root: &Root, folder: Option<&Path>) -> Vec<PathBuf> {
 struct Document<'a> {
     root: &'a Root,
     buffers: Vec<Cow<'a, [u8]>>,
+    /// Of each node its transform in double precision.
+    digits: Vec<document::Digits>,
 }
 
 impl<'a> Document<'a> {
@@ -178,6 +190,10 @@ struct Importer<'a> {
     /// How nodes of the file move.
     tracks: Vec<Track>,
     movers: rig::Movers,
+    /// What stands where a node is, and from the node's space to the world's in double precision.
+    places: Vec<(Part, DAffine3)>,
+    /// The nodes of the rig, by their indices in the file.
+    rigged: Vec<usize>,
 }
 
 impl Importer<'_> {

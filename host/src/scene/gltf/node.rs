@@ -21,6 +21,8 @@ struct Reached {
     parent: Option<usize>,
     /// From the parent's space to the world's.
     world: DAffine3,
+    /// The same in the precision of the file.
+    exact: DAffine3,
     /// Whether a node that it is within moves.
     moves: bool,
 }
@@ -36,17 +38,20 @@ impl Importer<'_> {
         let mut reached = HashSet::new();
         let moved: HashSet<usize> =
             self.tracks.iter().filter(|t| t.property != Property::Weights).map(|t| t.node).collect();
-        let root = |index| Reached { index, parent: None, world: DAffine3::IDENTITY, moves: false };
+        let (world, exact) = (DAffine3::IDENTITY, DAffine3::IDENTITY);
+        let root = |index| Reached { index, parent: None, world, exact, moves: false };
         let mut pending: Vec<Reached> = self.roots()?.into_iter().rev().map(root).collect();
-        while let Some(Reached { index, parent, world, moves }) = pending.pop() {
+        while let Some(Reached { index, parent, world, exact, moves }) = pending.pop() {
             let node = self.document.get(index, "it refers to node")?;
             ensure!(reached.insert(index), "node {index} is reached twice; nodes have to form trees");
             let world = world * placement(node, index)?.at_rest();
+            let exact = exact * self.exact_placement(node, index)?.at_rest();
             ensure!(world.is_finite(), "the transform of node {index} is not finite");
             let moves = moves || moved.contains(&index.value());
             self.movers.nodes.push((index.value(), parent));
-            self.add_node(node, index, world, moves)?;
-            let child = |&child: &Index<Node>| Reached { index: child, parent: Some(index.value()), world, moves };
+            self.add_node(node, index, [world, exact], moves)?;
+            let child =
+                |&child: &Index<Node>| Reached { index: child, parent: Some(index.value()), world, exact, moves };
             pending.extend(node.children.iter().flatten().rev().map(child));
         }
         Ok(())
@@ -65,7 +70,13 @@ impl Importer<'_> {
         Ok(scene.nodes.clone())
     }
 
-    fn add_node(&mut self, node: &Node, index: Index<Node>, world: DAffine3, moves: bool) -> Result<(), Problem> {
+    fn add_node(
+        &mut self,
+        node: &Node,
+        index: Index<Node>,
+        [world, exact]: [DAffine3; 2],
+        moves: bool,
+    ) -> Result<(), Problem> {
         let first = self.scene.instances.len();
         let mut deforms = false;
         if let Some(mesh) = node.mesh {
@@ -82,20 +93,23 @@ impl Importer<'_> {
             added.iter_mut().for_each(|instance| instance.group = group);
         }
         let instances = first..self.scene.instances.len();
-        let mut parts: Vec<Part> =
-            instances.filter(|_| (moves || deforms) && node.skin.is_none()).map(Part::Instance).collect();
+        let instances = instances.filter(|_| node.skin.is_none()).map(Part::Instance);
+        self.places.extend(instances.clone().map(|part| (part, exact)));
+        let mut parts: Vec<Part> = instances.filter(|_| moves || deforms).collect();
         let (lights, had_camera) = (self.scene.lights.len(), self.scene.camera.is_some());
         if let (Some(camera), false) = (node.camera, had_camera) {
-            self.add_camera(camera, world)?;
+            self.add_camera(camera, [world, exact])?;
             parts.extend((moves && self.scene.camera.is_some()).then_some(Part::Camera));
         }
         self.add_light(node, &world)?;
-        parts.extend((lights..self.scene.lights.len()).filter(|_| moves).map(Part::Light));
+        let lights = (lights..self.scene.lights.len()).map(Part::Light);
+        self.places.extend(lights.clone().map(|part| (part, exact)));
+        parts.extend(lights.filter(|_| moves));
         self.movers.attachments.extend(parts.into_iter().map(|part| (index.value(), part)));
         Ok(())
     }
 
-    fn add_camera(&mut self, index: Index<JsonCamera>, world: DAffine3) -> Result<(), Problem> {
+    fn add_camera(&mut self, index: Index<JsonCamera>, [world, place]: [DAffine3; 2]) -> Result<(), Problem> {
         let camera = self.document.get(index, "a node has camera")?;
         let name = label(camera.name.as_ref(), "camera", index);
         let Some(perspective) = &camera.perspective else {
@@ -112,8 +126,27 @@ impl Importer<'_> {
         let exact = exact::camera(&camera.extras, &world, perspective.yfov);
         let aspect = perspective.aspect_ratio.filter(|aspect| aspect.is_finite() && *aspect > 0.0);
         self.scene.default_size = self.scene.default_size.or(aspect.map(size_of));
+        if exact.is_none() {
+            self.places.push((Part::Camera, place));
+        }
         self.scene.camera = Some(exact.unwrap_or(rounded));
         Ok(())
+    }
+
+    /// As [`placement`], in the precision of the file.
+    pub(super) fn exact_placement(&self, node: &Node, index: Index<Node>) -> Result<Placement, Problem> {
+        let digits = self.document.digits.get(index.value()).copied().unwrap_or_default();
+        Ok(match placement(node, index)? {
+            Placement::Matrix(rounded) => {
+                let own = node.matrix.and_then(|matrix| exact::node_transform(&node.extras, matrix));
+                Placement::Matrix(own.or(digits.matrix.map(columns)).unwrap_or(rounded))
+            }
+            Placement::Parts { translation, rotation, scale } => Placement::Parts {
+                translation: digits.translation.unwrap_or(translation),
+                rotation: digits.rotation.unwrap_or(rotation),
+                scale: digits.scale.unwrap_or(scale),
+            },
+        })
     }
 }
 
@@ -124,7 +157,7 @@ fn size_of(aspect: f32) -> [u32; 2] {
     if aspect > 1.0 { [longer, shorter(num::recip(aspect))] } else { [shorter(aspect), longer] }
 }
 
-/// From the node's space to its parent's.
+/// From the node's space to its parent's, in single precision.
 pub(super) fn placement(node: &Node, index: Index<Node>) -> Result<Placement, Problem> {
     if let Some(matrix) = node.matrix {
         let rounded = affine(matrix).ok_or_else(|| format!("the matrix of node {index} is not affine"))?;
@@ -133,8 +166,17 @@ pub(super) fn placement(node: &Node, index: Index<Node>) -> Result<Placement, Pr
     let rotation = node.rotation.unwrap_or_default().0;
     let turned = rotation != [0.0; 4] && rotation.iter().all(|x| x.is_finite());
     ensure!(turned, "the rotation of node {index} has no direction");
-    let translation = node.translation.unwrap_or_default();
-    Ok(Placement::Parts { translation, rotation, scale: node.scale.unwrap_or([1.0; 3]) })
+    Ok(Placement::Parts {
+        translation: node.translation.unwrap_or_default().map(f64::from),
+        rotation: rotation.map(f64::from),
+        scale: node.scale.unwrap_or([1.0; 3]).map(f64::from),
+    })
+}
+
+/// A column-major matrix without its last row.
+fn columns(matrix: [f64; 16]) -> DAffine3 {
+    let [x, y, z, w] = DMat4::from_cols_array(&matrix).to_cols_array_2d().map(|[x, y, z, _]| DVec3::new(x, y, z));
+    DAffine3::from_cols(x, y, z, w)
 }
 
 /// A column-major matrix whose last row is 0, 0, 0, 1.

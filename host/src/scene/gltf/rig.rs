@@ -38,6 +38,7 @@ impl Importer<'_> {
         let skin_place = |skin| skin_indices.range(..skin).count();
         let mut rig = Rig { skins, ..Rig::default() };
         for &(index, parent) in nodes.iter().filter(|(index, _)| places.contains_key(index)) {
+            self.rigged.push(index);
             rig.nodes.push(self.node(index, parent.map(|parent| places[&parent]))?);
         }
         rig.attachments = attachments.iter().map(|&(node, part)| Attachment { node: places[&node], part }).collect();

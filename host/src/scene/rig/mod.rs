@@ -50,11 +50,11 @@ pub enum Placement {
     /// Scaled, then turned, then moved.
     Parts {
         /// In units of length.
-        translation: [f32; 3],
+        translation: [f64; 3],
         /// A quaternion x, y, z, w of any length but zero.
-        rotation: [f32; 4],
+        rotation: [f64; 4],
         /// Factors along the axes.
-        scale: [f32; 3],
+        scale: [f64; 3],
     },
 }
 
@@ -145,9 +145,9 @@ impl Placement {
         match *self {
             Self::Matrix(matrix) => matrix,
             Self::Parts { translation, rotation, scale } => DAffine3::from_scale_rotation_translation(
-                changed.scale.unwrap_or_else(|| double(scale)),
-                unit(changed.rotation.unwrap_or_else(|| DQuat::from_array(rotation.map(f64::from)))),
-                changed.translation.unwrap_or_else(|| double(translation)),
+                changed.scale.unwrap_or(scale.into()),
+                unit(changed.rotation.unwrap_or_else(|| DQuat::from_array(rotation))),
+                changed.translation.unwrap_or(translation.into()),
             ),
         }
     }
@@ -175,7 +175,7 @@ struct Changed {
 
 /// A node at a time.
 struct Placed {
-    /// From its space to the world's.
+    /// From its space to the scene's.
     world: DAffine3,
     weights: Vec<f64>,
 }
@@ -184,7 +184,7 @@ impl Rig {
     /// Poses a scene, whose meshes are those of rest, as at a time in the units of the tracks. What [`Self::check`]
     /// refuses stays as it is.
     pub(super) fn pose(&self, scene: &mut Scene, time: f64) {
-        let nodes = self.placed(time);
+        let nodes = self.placed(time, scene.origin);
         for Attachment { node, part } in &self.attachments {
             if let Some(node) = nodes.get(*node) {
                 carry(scene, *part, &node.world);
@@ -199,14 +199,16 @@ impl Rig {
         }
     }
 
-    /// A scene's camera at a time.
-    pub(super) fn camera(&self, camera: Camera, time: f64) -> Camera {
+    /// The camera of a scene of that origin at a time.
+    pub(super) fn camera(&self, camera: Camera, time: f64, origin: DVec3) -> Camera {
         let carrying = self.attachments.iter().find(|attachment| attachment.part == Part::Camera);
-        let world = carrying.and_then(|attachment| Some(self.placed(time).get(attachment.node)?.world));
+        let world = carrying.and_then(|attachment| Some(self.placed(time, origin).get(attachment.node)?.world));
         world.map_or(camera, |world| camera.carried(&world))
     }
 
-    fn placed(&self, time: f64) -> Vec<Placed> {
+    /// The nodes in coordinates relative to a point of the world.
+    fn placed(&self, time: f64, origin: DVec3) -> Vec<Placed> {
+        let world = DAffine3::from_translation(DVec3::ZERO - origin);
         let mut changed = vec![Changed::default(); self.nodes.len()];
         for track in &self.tracks {
             if let Some(changed) = changed.get_mut(track.node) {
@@ -215,7 +217,7 @@ impl Rig {
         }
         let mut placed: Vec<Placed> = Vec::with_capacity(self.nodes.len());
         for (node, changed) in self.nodes.iter().zip(changed) {
-            let parent = node.parent.and_then(|parent| placed.get(parent)).map_or(DAffine3::IDENTITY, |p| p.world);
+            let parent = node.parent.and_then(|parent| placed.get(parent)).map_or(world, |p| p.world);
             let world = parent * node.placement.transform(&changed);
             let weights = changed.weights.unwrap_or_else(|| node.weights.iter().copied().map(f64::from).collect());
             placed.push(Placed { world, weights });
@@ -246,7 +248,7 @@ fn affine(columns: &[[f32; 3]; 4]) -> DAffine3 {
 }
 
 /// Moves a part of a scene to where a node is.
-fn carry(scene: &mut Scene, part: Part, world: &DAffine3) {
+pub(super) fn carry(scene: &mut Scene, part: Part, world: &DAffine3) {
     match part {
         Part::Instance(index) => {
             if let Some(instance) = scene.instances.get_mut(index) {
