@@ -10,8 +10,8 @@
 //!
 //! All techniques then see the same. A triangle that lies in nothing stays where it is.
 
-use super::geometry::{self, TRIANGLE};
 use super::Flat;
+use super::geometry::{self, TRIANGLE};
 use crate::bvh::{Bounds, leaf};
 use crate::scene::Scene;
 use glam::DVec3;
@@ -157,7 +157,8 @@ impl Tree<'_> {
             }
             let children = self.flat.bvh.nodes[reference as usize].children;
             let boxes = geometry::child_bounds(self.node_words, reference as usize);
-            pending.extend(children.into_iter().zip(boxes).filter(|(_, of)| is_near(of, bounds)).map(|(child, _)| child));
+            pending
+                .extend(children.into_iter().zip(boxes).filter(|(_, of)| is_near(of, bounds)).map(|(child, _)| child));
         }
     }
 }
@@ -165,7 +166,8 @@ impl Tree<'_> {
 /// Whether a triangle in the box may lie in one of these bounds.
 fn is_near(of: &Bounds, [lo, hi]: &[DVec3; 2]) -> bool {
     let (of_lo, of_hi) = (of.lo.as_dvec3(), of.hi.as_dvec3());
-    let near = APART * [of_lo, of_hi, *lo, *hi].map(|corner| corner.abs().max_element()).into_iter().fold(0.0, f64::max);
+    let near =
+        APART * [of_lo, of_hi, *lo, *hi].map(|corner| corner.abs().max_element()).into_iter().fold(0.0, f64::max);
     (of_lo - near).cmple(*hi).all() && (*lo - near).cmple(of_hi).all()
 }
 
