@@ -8,6 +8,7 @@ mod careless;
 mod child;
 mod data_files;
 mod far;
+mod lamps;
 mod films;
 mod found;
 #[cfg(feature = "gpu")]
