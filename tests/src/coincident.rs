@@ -70,9 +70,7 @@ impl Arrangement {
                 lamp.indices.extend(lamp.indices.clone().into_iter().map(|[a, b, c]| [a, c, b]));
                 objects.push((emitter(GREEN, |_| ()), lamp));
             }
-            Self::Flush => {
-                objects.extend([(white, ceiling), (emitter(GREEN, |_| ()), placed(square(0.6), 0.7, 0.0))])
-            }
+            Self::Flush => objects.extend([(white, ceiling), (emitter(GREEN, |_| ()), placed(square(0.6), 0.7, 0.0))]),
             Self::Decal => {
                 let blended = emitter(GREEN, |material| {
                     (material.alpha, material.alpha_mode) = (0.5, AlphaMode::Blend);
@@ -128,7 +126,8 @@ fn placed(mesh: Mesh, turn: f64, lift: f64) -> Mesh {
         DVec3::new(0.0, 1.5, 0.1),
     );
     let lift = DQuat::from_rotation_x(SLOPE) * DVec3::Y * lift;
-    let moved = |p: &[f32; 3]| (place.transform_point3(DVec3::from_array(p.map(f64::from))) + lift).as_vec3().to_array();
+    let moved =
+        |p: &[f32; 3]| (place.transform_point3(DVec3::from_array(p.map(f64::from))) + lift).as_vec3().to_array();
     Mesh { positions: mesh.positions.iter().map(moved).collect(), ..mesh }
 }
 

@@ -21,6 +21,7 @@
 
 #[doc(hidden)]
 pub mod asked;
+mod direct;
 pub mod explain;
 pub mod inspect;
 pub mod reuse;
@@ -28,6 +29,7 @@ pub mod reuse;
 pub(crate) use crate::sequence;
 pub use crate::sequence::pixel_filter::PixelFilter;
 pub use crate::sequence::technique::{About, Diagnose, Duplicate, Integral, Repeats, Technique};
+pub use direct::Direct;
 
 use crate::Error;
 use crate::settings::unknown;

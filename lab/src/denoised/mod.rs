@@ -18,6 +18,7 @@ use restir_host::image::Image;
 use restir_host::render::Render;
 use restir_host::scene::{Camera, CameraPath};
 use restir_host::technique::{Repeats, Technique};
+use restir_tests::technique::configured;
 
 use crate::origin::commit;
 use crate::{Error, report};

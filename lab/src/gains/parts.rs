@@ -4,7 +4,8 @@ use restir_cli::trial::{Estimate, Tried};
 use restir_host::Error;
 use restir_host::render::Render;
 
-use super::study::{Study, configured};
+use super::study::Study;
+use restir_tests::technique::configured;
 
 /// A part of the picture and its variance, the mean over the values of all pixels.
 pub(super) struct Part {

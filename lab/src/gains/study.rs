@@ -4,8 +4,7 @@ use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::render::Render;
 use restir_host::scene::{Camera, Scene};
-use restir_host::technique::{Technique, named};
-use restir_tests::technique::configure_by;
+use restir_tests::technique::configured;
 
 use super::FRAMES;
 
@@ -246,11 +245,4 @@ impl Study {
 /// Frames of a technique with settings beside its defaults.
 pub(super) fn chain(technique: &str, size: [u32; 2], text: &str) -> Result<Render, Error> {
     Ok(Render { count: FRAMES, ..Render::new(size, configured(technique, text)?) })
-}
-
-/// A technique with settings beside its defaults.
-pub(super) fn configured(name: &str, text: &str) -> Result<Box<dyn Technique>, Error> {
-    let mut technique = named(name)?;
-    configure_by(technique.as_mut(), text)?;
-    Ok(technique)
 }

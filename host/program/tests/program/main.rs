@@ -8,7 +8,6 @@ mod careless;
 mod child;
 mod data_files;
 mod far;
-mod lamps;
 mod films;
 mod found;
 #[cfg(feature = "gpu")]
@@ -16,6 +15,7 @@ mod gpu;
 mod input_output;
 #[cfg(unix)]
 mod interrupt;
+mod lamps;
 mod layers;
 mod measure;
 mod motion;

@@ -25,7 +25,7 @@ mod plan;
 mod settings;
 
 pub use crate::technique::reuse::{Form, Offered};
-pub use settings::{Changed, Direct, PtSettings, Shift};
+pub use settings::{Changed, PtSettings, Shift};
 // the ends of ranges, which each setting names
 #[doc(hidden)]
 pub use settings::{MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_SPATIAL_PASSES};

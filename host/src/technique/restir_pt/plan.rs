@@ -147,7 +147,7 @@ mod tests {
     use crate::film::Capacity;
     use crate::render::Render;
     use crate::settings::Value;
-    use crate::technique::restir_pt::Direct;
+    use crate::technique::Direct;
     use crate::technique::reuse::unused;
 
     fn settings(change: impl Fn(&mut PtSettings)) -> PtSettings {

@@ -221,7 +221,7 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
     use crate::settings::Value as _;
-    use crate::technique::restir_pt::Direct;
+    use crate::technique::Direct;
     use crate::technique::restir_suffix::SuffixSettings;
 
     /// What is said to arrive adds up to the pixel, and some of it is borrowed, whoever finds direct light.

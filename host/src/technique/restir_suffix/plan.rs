@@ -247,7 +247,7 @@ mod tests {
     use crate::plan::Buffer;
     use crate::render::Render;
     use crate::settings::Value;
-    use crate::technique::restir_pt::Direct;
+    use crate::technique::Direct;
     use crate::technique::reuse::unused;
     use restir_shared::technique::restir_suffix::MAX_BORROWED;
 

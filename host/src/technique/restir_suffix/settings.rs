@@ -1,7 +1,8 @@
 //! Settings of suffix ReSTIR.
 
 use crate::settings;
-use crate::technique::restir_pt::{Direct, MAX_CONFIDENCE_CAP, MAX_DEPTH, PtSettings, Shift};
+use crate::technique::Direct;
+use crate::technique::restir_pt::{MAX_CONFIDENCE_CAP, MAX_DEPTH, PtSettings, Shift};
 use restir_shared::resample::params::Flags;
 use restir_shared::rng::Sampler;
 use restir_shared::shift::Hybrid;
