@@ -11,6 +11,8 @@ use restir::{
     technique::explain::{Place, Subject},
 };
 
+use serde_json::{Value, json};
+
 use super::metadata::vector;
 use super::parse::natural;
 use super::technique::{TechniqueArguments, cameras, configured, refuse_unused};
@@ -84,9 +86,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         console::note(&format!("the scene is far from the origin: positions are relative to {}", vector(origin)));
     }
     match arguments.json {
-        true => console::print(&format!("{}\n", explanation.json)),
+        true => console::print(&format!("{}\n", located(explanation.json, origin))),
         false => console::print_shortened(&explanation.text),
     }
+}
+
+/// An explanation with what its positions are relative to, if that is not the origin of the world.
+fn located(mut explanation: Value, origin: DVec3) -> Value {
+    if origin != DVec3::ZERO {
+        explanation["origin"] = json!(origin.to_array());
+    }
+    explanation
 }
 
 #[cfg(test)]

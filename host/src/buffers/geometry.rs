@@ -7,7 +7,7 @@ use crate::bvh::{Bounds, Node, leaf};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 use restir_shared::layout::{LIGHT_TRIANGLE, NONE, TRIANGLE_ALPHA};
-use std::{iter::repeat_n, ops::Range, sync::Arc};
+use std::{collections::BTreeSet, iter::repeat_n, ops::Range, sync::Arc};
 
 /// Words of 32 bits.
 const NODE: usize = 16;
@@ -30,6 +30,8 @@ pub(super) enum Geometry<'a> {
         before: &'a Arc<[u32]>,
         /// Of each object, whether it has moved.
         moved: &'a [bool],
+        /// The triangles that were set apart then.
+        apart: &'a BTreeSet<usize>,
     },
 }
 
@@ -38,19 +40,20 @@ pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc
     let (nodes, triangles) = (flat.bvh.nodes.len(), flat.triangles.len());
     let per_triangle = TRIANGLE + if flat.with_shading { SHADING } else { 0 };
     // of known length, so that the words are written where they stay: a copy of them would be the peak of memory
-    let (mut words, moved): (Arc<[u32]>, Option<&[bool]>) = match geometry {
-        Geometry::New => (repeat_n(0, nodes * NODE + triangles * per_triangle).collect(), None),
-        Geometry::Moved { before, moved } => (before[..].into(), Some(moved)),
+    let mut words: Arc<[u32]> = match geometry {
+        Geometry::New => repeat_n(0, nodes * NODE + triangles * per_triangle).collect(),
+        Geometry::Moved { before, .. } => before[..].into(),
     };
     // nobody else has them yet
     let free = Arc::get_mut(&mut words).unwrap_or_default();
     let (node_words, triangle_words) = free.split_at_mut(nodes * NODE);
     let (corner_words, shading_words) = triangle_words.split_at_mut(triangles * TRIANGLE);
-    // lamps may have been set apart from what has moved
     let emits: Vec<bool> = scene.materials.iter().map(emits).collect();
     let is_lamp = |index: usize| emits[flat.triangles[index].material(scene)];
-    let is_moved =
-        |index: usize| moved.is_none_or(|moved| moved[flat.triangles[index].object as usize]) || is_lamp(index);
+    let is_moved = |index: usize| match geometry {
+        Geometry::New => true,
+        Geometry::Moved { moved, apart, .. } => moved[flat.triangles[index].object as usize] || apart.contains(&index),
+    };
     for index in (0..triangles).filter(|&index| is_moved(index)) {
         let triangle = flat.triangles[index];
         let corners = triangle.vertices(scene).map(|corner| float_word(corner, 0));
@@ -61,11 +64,11 @@ pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc
         }
     }
     let bounds = fit(flat, node_words, corner_words, &is_moved);
-    let coincident = coincident::set_apart(flat, node_words, corner_words, &is_lamp);
-    if coincident.lamps.is_empty() {
+    let coincident = coincident::set_apart(scene, flat, node_words, corner_words, &is_lamp);
+    if coincident.moved.is_empty() {
         return (words, bounds, coincident);
     }
-    let bounds = fit(flat, node_words, corner_words, &|index| coincident.lamps.contains(&index));
+    let bounds = fit(flat, node_words, corner_words, &|index| coincident.moved.contains(&index));
     (words, bounds, coincident)
 }
 

@@ -110,11 +110,11 @@ pub struct SceneStats {
     pub materials: u64,
     /// Size of the arenas.
     pub bytes: u64,
-    /// Lower and upper corner of the bounds.
+    /// Lower and upper corner of the bounds, relative to [`Scene::origin`].
     pub bounds: [[f32; 3]; 2],
     /// Names of the feature bits that are set.
     pub features: Vec<&'static str>,
-    /// Meshes with triangles that emit and lie in other surfaces, and the meshes of those, by their names. The triangles are moved by 2^-16 of
+    /// Meshes with triangles that emit and lay in other surfaces, and the meshes of those, by their names. The triangles are moved by some 10^-5 of
     /// their largest coordinate, so that all rays see the same of them: in front of what does not emit, and of lamps that come later in the scene.
     pub coincident_lamps: Vec<[String; 2]>,
 }
@@ -122,12 +122,19 @@ pub struct SceneStats {
 impl SceneStats {
     /// What a user should know about it, a sentence each.
     pub fn warnings(&self) -> Vec<String> {
-        let warning = |[lamp, other]: &[String; 2]| {
-            format!(
-                "the lamp {lamp:?} lies in {other:?}: its triangles are moved until rays can tell them apart, in front of what does not emit and of lamps that come later in the file; leave a gap, or leave one of them out"
-            )
-        };
-        self.coincident_lamps.iter().map(warning).collect()
+        let names = |[lamp, other]: &[String; 2]| format!("{lamp:?} in {other:?}");
+        let mut named: Vec<String> = self.coincident_lamps.iter().map(names).collect();
+        let (all, named_at_most) = (named.len(), 3);
+        if all == 0 {
+            return Vec::new();
+        }
+        named.truncate(named_at_most);
+        let more = if all > named_at_most { format!(" and {} more", all - named_at_most) } else { String::new() };
+        vec![format!(
+            "lamps lie in other surfaces ({}{more}): their triangles are moved until rays can tell them apart, in front of what does not emit and of \
+             lamps that come later in the file; leave a gap, or leave one of them out",
+            named.join(", ")
+        )]
     }
 }
 
@@ -223,7 +230,7 @@ impl SceneBuffers {
             origin: scene.origin,
             stats,
             wide: Arc::default(),
-            posed: Posed::of(scene),
+            posed: Posed::new(scene, coincident.moved),
             moving: None,
         })
     }

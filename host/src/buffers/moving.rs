@@ -10,6 +10,7 @@ use crate::Error;
 use crate::scene::{Camera, Instance, Mesh, Scene};
 use restir_shared::layout::{ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_LIGHT_TABLE, LIGHT_WORDS, PUNCTUAL_WORDS};
 use restir_shared::scene::LightAddress;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Where the objects of a moment are.
@@ -17,11 +18,13 @@ use std::sync::Arc;
 pub(super) struct Posed {
     meshes: Vec<Arc<Mesh>>,
     instances: Vec<Instance>,
+    /// The triangles that were set apart from others.
+    apart: BTreeSet<usize>,
 }
 
 impl Posed {
-    pub(super) fn of(scene: &Scene) -> Arc<Self> {
-        Arc::new(Self { meshes: scene.meshes.clone(), instances: scene.instances.clone() })
+    pub(super) fn new(scene: &Scene, apart: BTreeSet<usize>) -> Arc<Self> {
+        Arc::new(Self { meshes: scene.meshes.clone(), instances: scene.instances.clone(), apart })
     }
 
     /// Of each object, whether it is another mesh in `scene`, or elsewhere.
@@ -122,7 +125,7 @@ impl SceneBuffers {
         let flat = &moving.flat;
         let moved = self.posed.moved(scene);
         check_moved(scene, &flat.triangles, &moved)?;
-        let geometry = Geometry::Moved { before: &self.geometry, moved: &moved };
+        let geometry = Geometry::Moved { before: &self.geometry, moved: &moved, apart: &self.posed.apart };
         let buffers = Self::assemble(scene, flat, geometry, self.texels.clone())?;
         if buffers.features & !moving.features != 0 || buffers.header.light_count > moving.most_lights {
             return Ok(Err("the kinds of its lights or materials"));
@@ -147,7 +150,8 @@ impl SceneBuffers {
 
     /// For each triangle, by the id that hits have, its instance and its index in that instance's mesh: for renderers that bring hits
     /// of their own. The coordinates of a hit are the weights of the triangle's second and third corner, which change places where the
-    /// instance's transform mirrors. None of a scene that was built to stand still.
+    /// instance's transform mirrors. A lamp that lies in another surface is set apart from it in the arena
+    /// ([`SceneStats::coincident_lamps`](super::SceneStats::coincident_lamps)). None of a scene that was built to stand still.
     pub fn triangle_ids(&self) -> Option<Vec<[u32; 2]>> {
         Some(self.moving.as_ref()?.flat.triangles.iter().map(|triangle| triangle.place()).collect())
     }
@@ -245,7 +249,8 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Instance, Interpolation, Property, Track, builtin};
+    use crate::scene::{Instance, Interpolation, Material, Property, Track, builtin};
+    use glam::DVec3;
     use restir_shared::layout::{LIGHT_PUNCTUAL, LIGHT_TRIANGLE};
 
     fn moving() -> (Scene, SceneBuffers) {
@@ -292,6 +297,39 @@ mod tests {
             assert_eq!((moved.header, &moved.attributes), (at_once.header, &at_once.attributes));
             assert_eq!(moved.stats(), at_once.stats());
             last = moved;
+        }
+    }
+
+    /// What is set apart from another surface is where it was as soon as it does not shine, or the other one goes.
+    #[test]
+    fn lamps_in_other_surfaces_do_not_depend_on_the_moment_before() {
+        let mut scene = Scene { name: "flush".to_owned(), ..Scene::default() };
+        let white = scene.add_material(Material::diffuse("white", [0.5; 3]));
+        let glowing = scene.add_material(Material::emitter("glowing", [0.5; 3], [2.0; 3]));
+        let square =
+            |half: f64| Mesh::quad(DVec3::new(-half, 1.0, -half), [DVec3::X * 2.0 * half, DVec3::Z * 2.0 * half]);
+        scene.add_mesh("ceiling", white, square(2.0));
+        scene.add_mesh("lamp", glowing, square(0.5));
+        scene.add_mesh("apart", glowing, Mesh::cuboid(DVec3::ZERO, DVec3::splat(0.2)));
+        let first = SceneBuffers::build_editable(&scene).expect("builds");
+        assert_eq!(first.stats().coincident_lamps, [["lamp".to_owned(), "ceiling".to_owned()]]);
+        let y = |buffers: &SceneBuffers, object: u32| -> Vec<f32> {
+            let places = buffers.triangle_ids().expect("editable").into_iter().enumerate();
+            let first = |triangle: usize| (buffers.header.triangle_base as usize + 3 * triangle) * 4;
+            let of = places.filter(|(_, place)| place[0] == object);
+            of.map(|(triangle, _)| f32::from_bits(buffers.geometry[first(triangle) + 1])).collect()
+        };
+        assert!(y(&first, 0).iter().all(|y| *y == 1.0) && y(&first, 1).iter().all(|y| (0.9999..1.0).contains(y)));
+        let mut last = first.clone();
+        for (emission, height) in [(0.0, 0.0), (2.0, 0.0), (2.0, 0.3), (0.0, 0.3), (0.0, 0.0), (2.0, 0.0)] {
+            scene.materials[glowing].emission = [emission; 3];
+            scene.instances[0].transform.translation.y = height;
+            last = last.refit(&scene).expect("refits");
+            let at_once = first.refit(&scene).expect("refits");
+            assert_eq!((&last.geometry, last.header), (&at_once.geometry, at_once.header));
+            let moved = emission > 0.0 && height == 0.0;
+            assert_eq!(y(&last, 1).iter().all(|y| *y < 1.0), moved, "{emission}, {height}");
+            assert_eq!(last.stats().coincident_lamps.len(), usize::from(moved));
         }
     }
 

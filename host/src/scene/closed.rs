@@ -14,7 +14,7 @@ pub(super) fn is_closed(mesh: &Mesh) -> bool {
 }
 
 /// The mesh if it is closed, with positions that differ by roundings made equal where it is not closed without, so that no ray passes between them.
-pub(super) fn closed(mesh: &Mesh) -> Option<Mesh> {
+pub(crate) fn closed(mesh: &Mesh) -> Option<Mesh> {
     if is_balanced(mesh, &representatives(mesh, 0.0)) {
         return Some(mesh.clone());
     }

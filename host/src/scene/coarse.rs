@@ -1,8 +1,6 @@
 //! Meshes of which single precision keeps too little.
 
-use glam::DVec3;
-
-use super::{Scene, double};
+use super::{Scene, boxes::Box3};
 
 /// Steps of single precision that are a larger part of a mesh's size are seen in its shape.
 const COARSE: f64 = 1.0e-3;
@@ -10,13 +8,10 @@ const COARSE: f64 = 1.0e-3;
 impl Scene {
     /// Warns of meshes of which single precision has lost too much: by the vertices that they have, or by where these are in the scene.
     pub(super) fn warn_of_coarse_vertices(&mut self) {
-        let own =
-            self.meshes.iter().map(|mesh| (mesh.name.as_str(), coarseness(mesh.positions.iter().map(|p| double(*p)))));
-        let placed = self.instances.iter().map(|instance| {
-            let mesh = &self.meshes[instance.mesh];
-            let place = |p: &[f32; 3]| instance.transform.transform_point3(double(*p));
-            (mesh.name.as_str(), coarseness(mesh.positions.iter().map(place)))
-        });
+        let name = |mesh: usize| self.meshes[mesh].name.as_str();
+        let own = self.meshes.iter().map(|mesh| (mesh.name.as_str(), coarseness(&mesh.box_of_vertices())));
+        let placed = self.instances.iter().zip(self.placed_boxes());
+        let placed = placed.map(|(instance, of)| (name(instance.mesh), coarseness(&of)));
         let own = coarsest(
             own,
             "their mesh",
@@ -37,9 +32,7 @@ struct Coarseness {
     size: f64,
 }
 
-fn coarseness(points: impl Iterator<Item = DVec3>) -> Coarseness {
-    let bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    let [lo, hi] = points.fold(bounds, |[lo, hi], point| [lo.min(point), hi.max(point)]);
+fn coarseness(&Box3 { lo, hi }: &Box3) -> Coarseness {
     let far = lo.abs().max(hi.abs()).max_element();
     let step = f64::from((far as f32).next_up()) - f64::from(far as f32);
     Coarseness { far, step, size: (hi - lo).max_element() }

@@ -1,5 +1,7 @@
 //! Light that is too dim, or too bright, for single precision.
 
+use std::collections::BTreeSet;
+
 use super::Scene;
 
 /// Light is kept if the brightest emission of a scene is from the first to the second of these, in its units. Of dimmer light kernels lose what they
@@ -18,9 +20,12 @@ impl Scene {
         }
     }
 
-    /// The largest channel of what materials emit, of intensities, and of the environment's radiance.
+    /// The largest channel of what materials in use emit, of intensities, and of the environment's radiance.
     fn brightest(&self) -> f32 {
-        let materials = self.materials.iter().flat_map(|material| material.emission);
+        let meshes = self.instances.iter().filter_map(|instance| self.meshes.get(instance.mesh));
+        let used: BTreeSet<usize> = meshes.map(|mesh| mesh.material).collect();
+        let materials =
+            used.into_iter().filter_map(|material| self.materials.get(material)).flat_map(|material| material.emission);
         let lights = self.lights.iter().flat_map(|light| light.intensity);
         let environment = self.environment.iter();
         let sky = environment.flat_map(|sky| sky.pixels.iter().flatten().map(|radiance| radiance * sky.scale));

@@ -30,10 +30,11 @@ use glam::{DAffine3, DVec3};
 use crate::Error;
 
 mod animation;
+mod boxes;
 pub mod builtin;
 mod camera;
 mod camera_path;
-mod closed;
+pub(crate) mod closed;
 #[cfg(feature = "gltf")]
 mod coarse;
 mod default_light;
@@ -118,7 +119,7 @@ pub struct Mesh {
     pub material: usize,
 }
 
-/// A mesh placed in the world.
+/// A mesh placed in the scene, whose coordinates are relative to [`Scene::origin`].
 ///
 /// An instance is an object: what light that scatters below a surface crosses without leaving it, and what other objects of the same
 /// material are apart from, also where they touch. Where a file has an object in several parts, these are a group.
@@ -126,7 +127,7 @@ pub struct Mesh {
 pub struct Instance {
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
-    /// From the mesh's space to the world's. The front side of a triangle stays its front side also under a transform
+    /// From the mesh's space to the scene's. The front side of a triangle stays its front side also under a transform
     /// that mirrors, as in glTF.
     pub transform: DAffine3,
     /// Instances of the same group and material are one object; `None` is a group by itself. In a scene from glTF a node whose mesh
@@ -224,7 +225,7 @@ impl Scene {
         (0..).zip(&self.instances).map(object).collect()
     }
 
-    /// Lower and upper corner of all instances' vertices in world space, rounded outwards; an empty scene has its
+    /// Lower and upper corner of all instances' vertices, relative to [`Self::origin`], rounded outwards; an empty scene has its
     /// lower corner at +infinity and its upper at -infinity. Vertices that are NaN do not count.
     pub fn bounds(&self) -> [[f32; 3]; 2] {
         let [lo, hi] = self.exact_bounds();

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
-use super::{Camera, LightKind, Scene};
+use super::{Camera, LightKind, Scene, boxes::Box3};
 
 /// A scene whose middle is within so many of its sizes from the origin stays: what rays gain there is below 10^-4 of the light.
 const NEAR: f64 = 8.0;
@@ -19,7 +19,7 @@ impl Scene {
     /// Moves a scene that is far from the origin near it: instances, lights and the camera move, and [`Self::origin`] says by
     /// how much. What a rig places follows, and nothing near the origin changes.
     ///
-    /// A scene is far if a coordinate of the middle of its bounds at time 0 is more than 8 times the longest side of these. The import
+    /// A scene is far if a coordinate of the middle of its bounds at time 0, those of the boxes of its meshes, is more than 8 times the longest side of these. The import
     /// does this; a scene that was made otherwise may do it at any time, best before its buffers are built: cameras and positions
     /// that were told before have the old coordinates.
     pub fn move_to_origin(&mut self) {
@@ -30,7 +30,7 @@ impl Scene {
 
     /// Where the scene would be near, on the grid of origins, if it is not near already.
     pub(super) fn far_middle(&self) -> Option<DVec3> {
-        let [lo, hi] = self.exact_bounds();
+        let Box3 { lo, hi } = self.box_of_all();
         let (middle, size) = (0.5 * (lo + hi), (hi - lo).max_element());
         let is_far = size.is_finite() && size > 0.0 && middle.abs().max_element() > NEAR * size;
         let grid = GRID * power_of_two_below(size);

@@ -127,7 +127,7 @@ impl Setup {
 /// What a frame shows.
 #[derive(Clone, Debug, Default)]
 pub struct View<'a> {
-    /// The camera; that of the scene if there is none.
+    /// The camera, relative to [`Scene::origin`](crate::scene::Scene::origin) (see [`Camera::moved`]); that of the scene if there is none.
     pub camera: Option<Camera>,
     /// What has become of the scene.
     pub scene: SceneChange<'a>,

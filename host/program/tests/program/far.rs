@@ -42,6 +42,8 @@ fn the_origin_is_told() {
     let explained =
         run(["explain", &far, "--default-light", "--size", "4x4", "--pixel", "2,2"]).done_whatever_it_says();
     assert!(explained.stderr.contains("positions are relative to 1048576,0,0"), "{}", explained.stderr);
+    let json = ["explain", &far, "--default-light", "--size", "4x4", "--pixel", "2,2", "--json"];
+    assert!(run(json).done_whatever_it_says().stdout.contains("\"origin\":[1048576.0,0.0,0.0]"));
 }
 
 #[test]
