@@ -1,8 +1,11 @@
 //! Direct light of techniques that find whole paths: their own, or that of another technique.
 
-use super::{Integral, Technique, all, named, restir_pt};
+use super::{Integral, PixelFilter, Technique, all, named};
 use crate::settings::Value;
 use crate::{Error, buffers::SceneBuffers};
+
+/// What whole paths converge to, of any length.
+const WHOLE_PATHS: Integral = Integral { max_depth: 2, jitter: false, filter: PixelFilter::Box, multiscatter: true };
 
 /// Who finds paths of up to two segments: light on what the camera sees, and what is seen to emit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,9 +17,7 @@ impl Direct {
 
     /// The techniques that can do it instead.
     fn others() -> impl Iterator<Item = &'static str> {
-        let integral = restir_pt::PtSettings::default().integral();
-        let all = all().into_iter();
-        all.filter(move |other| other.for_direct_light(&integral).is_some()).map(|other| other.about().name)
+        all().into_iter().filter(|other| other.for_direct_light(&WHOLE_PATHS).is_some()).map(|other| other.about().name)
     }
 
     /// The technique that does it instead, with its default settings, if it is another one and can.
