@@ -17,10 +17,9 @@ use super::geometry::{self, TRIANGLE};
 use crate::bvh::{Bounds, leaf};
 use crate::scene::{Scene, closed};
 use glam::DVec3;
-use rayon::prelude::*;
 use restir_shared::num::flush;
+use std::cell::OnceCell;
 use std::collections::{BTreeSet, HashMap};
-use std::sync::OnceLock;
 
 /// By which part of its largest coordinate a lamp has to be off another surface: twice as far as shadow rays end before it.
 const APART: f64 = 1.0 / 131_072.0;
@@ -63,12 +62,12 @@ pub(super) fn set_apart(
     flat: &Flat,
     node_words: &[u32],
     corner_words: &mut [u32],
-    emits: &(impl Fn(usize) -> bool + Sync),
+    emits: &impl Fn(usize) -> bool,
 ) -> Coincident {
-    let closed = scene.meshes.iter().map(|_| OnceLock::new()).collect();
+    let closed = scene.meshes.iter().map(|_| OnceCell::new()).collect();
     let tree = Tree { scene, flat, node_words, corner_words, closed };
-    let emitting: Vec<usize> = (0..flat.triangles.len()).filter(|&index| emits(index)).collect();
-    let lamps: Vec<Lamp> = emitting.into_par_iter().filter_map(|triangle| tree.lamp(triangle, emits)).collect();
+    let emitting = (0..flat.triangles.len()).filter(|&index| emits(index));
+    let lamps: Vec<Lamp> = emitting.filter_map(|triangle| tree.lamp(triangle, emits)).collect();
     let heights = heights(&lamps);
     let mut found = Coincident::default();
     for (lamp, height) in lamps.iter().zip(heights).filter(|(_, height)| *height != 0.0) {
@@ -148,7 +147,7 @@ struct Tree<'a> {
     node_words: &'a [u32],
     corner_words: &'a [u32],
     /// Of each mesh whether it is closed, where somebody has asked.
-    closed: Vec<OnceLock<bool>>,
+    closed: Vec<OnceCell<bool>>,
 }
 
 impl Tree<'_> {
