@@ -28,6 +28,7 @@ mod cbrt;
 pub mod eft;
 #[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod exponential;
+mod floor;
 #[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod logarithm;
 #[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
@@ -42,6 +43,7 @@ mod trigonometric;
 pub use atan2::atan2;
 pub use cbrt::cbrt;
 pub use exponential::{expm1, sinh};
+pub use floor::floor;
 pub use logarithm::{asinh, ln_1p};
 pub use pow::pow;
 #[doc(hidden)]
@@ -155,13 +157,6 @@ pub fn abs(x: f32) -> f32 {
 #[inline(always)]
 pub fn flush(x: f32) -> f32 {
     if abs(x) < FLUSH_BELOW { 0.0 } else { x }
-}
-
-/// The largest integer that is not above `x`, as a number, for |x| <= 2^23.
-#[inline(always)]
-pub fn floor(x: f32) -> f32 {
-    let truncated = x as i32 as f32;
-    if truncated > x { truncated - 1.0 } else { truncated }
 }
 
 /// The integer nearest to `x`, ties to even, for |x| < 2^22.

@@ -4,7 +4,8 @@
 //! place. The correction is then exact **in integers**: for an approximate quotient q of the mantissas a and b the
 //! residual `a 2^k - q b` is small although its terms are not, so it is known from their low 32 bits, and one
 //! rounded division of it by b moves q to the floor of the true quotient. The quotient carries one bit more than
-//! the result, and it never is a tie, so adding that bit rounds to nearest. The roots work in the same way.
+//! the result, and it never is a tie, so adding that bit rounds to nearest. The roots work in the same way; where 1 / sqrt is a
+//! whole number, the one below it rounds to the same.
 //!
 //! The corrections ([`div_mantissa`], [`recip_mantissa`], [`sqrt_mantissa`], [`rsqrt_mantissa`]) give the same bits for every seed
 //! within [`SEED_SLACK`] of the true value: how a device rounds the seed's arithmetic does not matter.
@@ -32,7 +33,10 @@ use super::parts::{INFINITY, NAN, SIGN, nearest};
 pub const SEED_SLACK: u32 = 16;
 
 const HIDDEN: u32 = 0x0080_0000;
-const LARGEST_BELOW_2: f32 = 1.999_999_9;
+const FRACTION: u32 = HIDDEN - 1;
+const ONE: u32 = 0x3f80_0000;
+/// The exponent of 1, in place.
+const BIAS: u32 = 127 << 23;
 // Literal quotients would be divisions on the device; constants are folded.
 const TWO_POW_M17: f32 = 1.0 / 131_072.0;
 const TWO_POW_M23: f32 = 1.0 / 8_388_608.0;
@@ -45,20 +49,26 @@ fn exponent(bits: u32) -> u32 {
 
 #[inline(always)]
 fn mantissa(bits: u32) -> u32 {
-    (bits & 0x007f_ffff) | HIDDEN
+    (bits & FRACTION) | HIDDEN
 }
 
-/// The number in [1, 2) with the given 24-bit mantissa.
+/// The number in [1, 2) with the mantissa of the given one.
 #[inline(always)]
-fn unit(mantissa: u32) -> f32 {
-    f32::from_bits((mantissa & 0x007f_ffff) | 0x3f80_0000)
+fn unit(bits: u32) -> f32 {
+    f32::from_bits((bits & FRACTION) | ONE)
 }
 
-/// Drops the extra bit of a 25-bit result, rounding to nearest, and puts it under the given exponent.
+/// Rounds a 25-bit result to nearest and puts it under an exponent, from which the hidden bit has been taken: `shifted` is the exponent's place less
+/// [`HIDDEN`].
 #[inline(always)]
-fn assemble(exponent: u32, floor: u32) -> u32 {
-    let rounded = floor.wrapping_add(1) >> 1;
-    (exponent << 23).wrapping_add(rounded.wrapping_sub(HIDDEN))
+fn assemble(shifted: u32, floor: u32) -> u32 {
+    shifted.wrapping_add(floor.wrapping_add(1) >> 1)
+}
+
+/// `q`, or `q - 1` where what is left is negative. An `if` would be a branch on the device.
+#[inline(always)]
+fn settle(q: u32, rest: i32) -> u32 {
+    q.wrapping_add((rest >> 31) as u32)
 }
 
 /// 1 / m for m in [1, 2), to about two units in the last place.
@@ -80,10 +90,17 @@ fn rsqrt_seed(m: f32) -> f32 {
     y * (1.5 - h * y * y)
 }
 
-/// A number in [1, 2) as an integer of 25 bits; what an inexact seed leaves outside is moved to the border.
+/// The bits of a number in [1, 2) as an integer of 25 bits. What an inexact seed leaves outside, by units in the last place, becomes an integer that is
+/// off by as little.
 #[inline(always)]
-fn seed25(x: f32) -> u32 {
-    mantissa(super::clamp(x, 1.0, LARGEST_BELOW_2).to_bits()) << 1
+fn seed25(bits: u32) -> u32 {
+    bits.wrapping_sub(ONE - HIDDEN) << 1
+}
+
+/// 1 if a < b, for mantissas.
+#[inline(always)]
+fn below(a: u32, b: u32) -> u32 {
+    a.wrapping_sub(b) >> 31
 }
 
 /// floor(a 2^k / b) for 24-bit mantissas, k = 24 if a >= b and 25 otherwise, so that it has 25 bits.
@@ -91,12 +108,10 @@ fn seed25(x: f32) -> u32 {
 /// `seed` is that value within [`SEED_SLACK`], `y` is 2^23 / b to 16 bits or more.
 #[inline(always)]
 pub fn div_mantissa(a: u32, b: u32, seed: u32, y: f32) -> u32 {
-    let shift = if a < b { 25 } else { 24 };
-    let residual = (a << shift).wrapping_sub(seed.wrapping_mul(b)) as i32;
+    let residual = (a << 24_u32.wrapping_add(below(a, b))).wrapping_sub(seed.wrapping_mul(b)) as i32;
     let step = nearest(residual as f32 * (y * TWO_POW_M23));
     let rest = residual.wrapping_sub(step.wrapping_mul(b as i32));
-    let q = seed.wrapping_add(step as u32);
-    if rest < 0 { q.wrapping_sub(1) } else { q }
+    settle(seed.wrapping_add(step as u32), rest)
 }
 
 /// floor(2^48 / m), in (2^24, 2^25], for m in [2^23, 2^24).
@@ -107,8 +122,7 @@ pub fn recip_mantissa(m: u32, seed: u32, y: f32) -> u32 {
     let residual = seed.wrapping_mul(m).wrapping_neg() as i32;
     let step = nearest(residual as f32 * (y * TWO_POW_M23));
     let rest = residual.wrapping_sub(step.wrapping_mul(m as i32));
-    let q = seed.wrapping_add(step as u32);
-    if rest < 0 { q.wrapping_sub(1) } else { q }
+    settle(seed.wrapping_add(step as u32), rest)
 }
 
 /// floor(sqrt(m 2^25)), 25 bits, for m in [2^23, 2^25): a mantissa, doubled for odd exponents.
@@ -120,30 +134,27 @@ pub fn sqrt_mantissa(m: u32, seed: u32, y: f32) -> u32 {
     let step = nearest(residual as f32 * (y * TWO_POW_M25));
     let twice = seed.wrapping_mul(2).wrapping_add(step as u32);
     let rest = residual.wrapping_sub(step.wrapping_mul(twice as i32));
-    let s = seed.wrapping_add(step as u32);
-    if rest < 0 { s.wrapping_sub(1) } else { s }
+    settle(seed.wrapping_add(step as u32), rest)
 }
 
-/// floor(2^25 / sqrt(m 2^-23)), in (2^24, 2^25], for m in [2^23, 2^25).
+/// The largest integer below 2^25 / sqrt(m 2^-23), of 25 bits, for m in [2^23, 2^25).
 ///
 /// `seed` is that value within [`SEED_SLACK`], `y` is `seed` 2^-25 to 16 bits or more.
 #[inline(always)]
 pub fn rsqrt_mantissa(m: u32, seed: u32, y: f32) -> u32 {
-    // residual = 2^73 - seed^2 m, of which 64 bits are enough
+    // residual = 2^73 - seed^2 m, less 1, of which 64 bits are enough
     let (square_hi, square_lo) = mul_wide(seed, seed);
     let (carry, product_lo) = mul_wide(square_lo, m);
-    let product_hi = square_hi.wrapping_mul(m).wrapping_add(carry);
-    let lo = product_lo.wrapping_neg();
-    let hi = if product_lo == 0 { product_hi.wrapping_neg() } else { !product_hi };
+    let (hi, lo) = (!square_hi.wrapping_mul(m).wrapping_add(carry), !product_lo);
     let step = nearest(hi as i32 as f32 * (y * TWO_POW_M17));
-    // rest = residual - m (step (2 seed + step)); only its sign matters
+    // rest = residual - m (step (2 seed + step)), of which only the sign matters
     let grow = step.wrapping_mul(seed.wrapping_mul(2).wrapping_add(step as u32) as i32);
     let (grown_hi, grown_lo) = mul_wide(grow as u32, m);
-    let grown_hi = if grow < 0 { grown_hi.wrapping_sub(m) } else { grown_hi };
+    // of a negative factor the product is less by m 2^32
+    let sign = (grow >> 31) as u32 & m;
     let borrow = if lo < grown_lo { 1 } else { 0 };
-    let rest = hi.wrapping_sub(grown_hi).wrapping_sub(borrow) as i32;
-    let r = seed.wrapping_add(step as u32);
-    if rest < 0 { r.wrapping_sub(1) } else { r }
+    let rest = hi.wrapping_sub(grown_hi).wrapping_add(sign).wrapping_sub(borrow) as i32;
+    settle(seed.wrapping_add(step as u32), rest)
 }
 
 /// `a / b`, correctly rounded; subnormal operands count as zero and subnormal results are zero.
@@ -151,85 +162,70 @@ pub fn div(a: f32, b: f32) -> f32 {
     let (ua, ub) = (a.to_bits(), b.to_bits());
     let (ea, eb) = (exponent(ua), exponent(ub));
     let (ma, mb) = (mantissa(ua), mantissa(ub));
-    let less = ma < mb;
-    let y = recip_seed(unit(mb));
-    let q = unit(ma) * y;
-    let q = div_mantissa(ma, mb, seed25(if less { q * 2.0 } else { q }), y);
-    let e = ea.wrapping_sub(eb).wrapping_add(if less { 126 } else { 127 }) as i32;
-    let mut r = assemble(e as u32, q);
-    if (e <= 0) | (ea == 0) | (eb == 255) {
-        r = 0;
-    }
-    if (e >= 255) | (ea == 255) | (eb == 0) {
-        r = INFINITY;
-    }
-    if ((ea == 0) & (eb == 0)) | ((ea == 255) & (eb == 255)) | is_nan(ua) | is_nan(ub) {
-        r = NAN;
-    }
+    let less = below(ma, mb);
+    let y = recip_seed(unit(ub));
+    // twice the quotient where that is below 1
+    let seed = seed25((unit(ua) * y).to_bits().wrapping_add(less << 23));
+    let e = ea.wrapping_sub(eb).wrapping_add(127).wrapping_sub(less) as i32;
+    let r = assemble((e << 23).wrapping_sub(HIDDEN as i32) as u32, div_mantissa(ma, mb, seed, y));
+    let (vanishes, grows) = ((ea == 0) | (eb == 255), (ea == 255) | (eb == 0));
+    let r = if (e <= 0) | vanishes { 0 } else { r };
+    let r = if (e >= 255) | grows { INFINITY } else { r };
+    let r = if (vanishes & grows) | is_nan(ua) | is_nan(ub) { NAN } else { r };
     f32::from_bits(r | ((ua ^ ub) & SIGN))
 }
 
 /// `1 / x`, correctly rounded; a subnormal operand counts as zero and a subnormal result is zero.
 pub fn recip(x: f32) -> f32 {
     let u = x.to_bits();
-    let e = exponent(u);
-    let m = mantissa(u);
-    let y = recip_seed(unit(m));
-    // A mantissa quotient of exactly 1 carries into the exponent.
-    let mut r = assemble(253_u32.wrapping_sub(e), recip_mantissa(m, seed25(y * 2.0), y));
-    if ((r as i32) < HIDDEN as i32) | (e == 255) {
-        r = 0;
-    }
-    if e == 0 {
-        r = INFINITY;
-    }
-    if is_nan(u) {
-        r = NAN;
-    }
+    let e = u & INFINITY;
+    let y = recip_seed(unit(u));
+    // twice the seed, which is below 1
+    let seed = seed25(y.to_bits().wrapping_add(HIDDEN));
+    // A mantissa quotient of exactly 1 carries into the exponent, which is negative if x is not finite.
+    let r = assemble((2 * BIAS - 2 * HIDDEN).wrapping_sub(e), recip_mantissa(mantissa(u), seed, y));
+    let r = if (r as i32) < HIDDEN as i32 { 0 } else { r };
+    let r = if e == 0 { INFINITY } else { r };
+    let r = if is_nan(u) { NAN } else { r };
     f32::from_bits(r | (u & SIGN))
 }
 
 /// The square root of `x`, correctly rounded; a subnormal operand counts as zero; NaN for `x < 0`.
 pub fn sqrt(x: f32) -> f32 {
     let u = x.to_bits();
-    let (m, half) = even_exponent(u);
+    let m = even_mantissa(u);
     let scaled = scale_to_1_4(m);
     let y = rsqrt_seed(scaled);
-    let s = sqrt_mantissa(m, seed25(scaled * y), y);
-    let mut r = assemble(half.wrapping_add(127) as u32, s);
-    if exponent(u) == 0 {
-        r = u & SIGN;
-    } else if is_nan(u) | (u & SIGN != 0) {
-        r = NAN;
-    } else if u == INFINITY {
-        r = INFINITY;
-    }
-    f32::from_bits(r)
+    let s = sqrt_mantissa(m, seed25((scaled * y).to_bits()), y);
+    let r = assemble((half_exponent(u) << 23).wrapping_sub(HIDDEN), s);
+    let (zero, special) = (u & SIGN, if u == INFINITY { INFINITY } else { NAN });
+    // numbers with a sign are the larger integers
+    let r = if u >= INFINITY { special } else { r };
+    f32::from_bits(if exponent(u) == 0 { zero } else { r })
 }
 
 /// `1 / sqrt(x)`, correctly rounded; infinity for zero or a subnormal, NaN for `x < 0`.
 pub fn rsqrt(x: f32) -> f32 {
     let u = x.to_bits();
-    let (m, half) = even_exponent(u);
+    let m = even_mantissa(u);
     let y = rsqrt_seed(scale_to_1_4(m));
-    let s = rsqrt_mantissa(m, seed25(y * 2.0), y);
-    let mut r = assemble(126_i32.wrapping_sub(half) as u32, s);
-    if exponent(u) == 0 {
-        r = INFINITY;
-    } else if is_nan(u) | (u & SIGN != 0) {
-        r = NAN;
-    } else if u == INFINITY {
-        r = 0;
-    }
-    f32::from_bits(r)
+    let s = rsqrt_mantissa(m, seed25(y.to_bits().wrapping_add(HIDDEN)), y);
+    let r = assemble((2 * BIAS - HIDDEN).wrapping_sub(half_exponent(u) << 23).wrapping_sub(HIDDEN), s);
+    let special = if u == INFINITY { 0 } else { NAN };
+    let r = if u >= INFINITY { special } else { r };
+    f32::from_bits(if exponent(u) == 0 { INFINITY } else { r })
 }
 
-/// Splits x = m 2^-23 4^h with m in [2^23, 2^25) into (m, h).
+/// m of a positive x = m 2^-23 4^h with m in [2^23, 2^25).
 #[inline(always)]
-fn even_exponent(bits: u32) -> (u32, i32) {
-    let e = exponent(bits).wrapping_sub(127) as i32;
-    let odd = e & 1;
-    (mantissa(bits) << odd, e.wrapping_sub(odd) >> 1)
+fn even_mantissa(bits: u32) -> u32 {
+    mantissa(bits) << (!(bits >> 23) & 1)
+}
+
+/// h + 127 of the same number.
+#[inline(always)]
+fn half_exponent(bits: u32) -> u32 {
+    bits.wrapping_add(BIAS) >> 24
 }
 
 /// m 2^-23 for m in [2^23, 2^25); exact, because an m of 25 bits is even.

@@ -112,7 +112,9 @@ pub fn square_root(effort: Effort, correction: impl Fn(u32, u32, f32) -> u32 + S
 
 /// Reciprocal square roots of mantissas.
 pub fn reciprocal_root(effort: Effort, correction: impl Fn(u32, u32, f32) -> u32 + Sync) -> Tally {
-    unary(effort, 4 * HIDDEN, correction, exact::rsqrt_floor, inverse_root)
+    // only of 1 is it a whole number
+    let below = |m| exact::rsqrt_floor(m) - u32::from(m == HIDDEN);
+    unary(effort, 4 * HIDDEN, correction, below, inverse_root)
 }
 
 /// 1 / sqrt(m 2^-23).
