@@ -108,7 +108,7 @@ const WORDS: &[(&str, &[u8])] = &[
     ("shares", b"fffi"),
     ("denoised", FILM),
     ("self_check", b"ffffffffffffffff"),
-    ("num_probe", b"ffffffffffffffhfffhffifffihf"),
+    ("num_probe", b"fffffffffffffffhfffhffifffihf"),
     ("bsdf_check", b"fffffffffffiiwwww"),
     ("sampler_check", b"ffffffffffffffffffffffffffffffffffffffffffiwiiwwifffffff"),
     ("diffusion_check", b"fffffffffffffffiiiifffffff"),

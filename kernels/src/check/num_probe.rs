@@ -31,6 +31,8 @@ pub struct NumResults {
     pub cbrt: f32,
     /// x^y.
     pub pow: f32,
+    /// x rounded down.
+    pub floor: f32,
     /// The difference of two products.
     pub difference_of_products: f32,
     /// The compensated sum of all factors and the first again.
@@ -76,6 +78,7 @@ fn probe(o: NumOperands) -> NumResults {
         asin: num::asin(o.x),
         cbrt: num::cbrt(o.x),
         pow: num::pow(o.x, o.y),
+        floor: num::floor(num::flush(o.x)),
         difference_of_products: eft::difference_of_products(a, b, c, d),
         sum: eft::Sum::new(a, b).plus(c).plus(d).plus(-a).total(),
         srgb_encode: color::srgb_encode(o.x),

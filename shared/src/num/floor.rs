@@ -4,8 +4,9 @@
 #[cfg(target_arch = "spirv")]
 #[inline(always)]
 pub fn floor(x: f32) -> f32 {
-    // an instruction that is exact on every device; the sum makes a positive zero of a negative one
-    libm::floorf(x) + 0.0
+    // an instruction that is exact on every device, but for the sign of zero
+    let bits = libm::floorf(x).to_bits();
+    f32::from_bits(if bits << 1 == 0 { 0 } else { bits })
 }
 
 /// The largest integer that is not above `x`, as a number; what is zero is positive.
