@@ -27,11 +27,23 @@ pub(super) fn install() -> Result<(), Error> {
                 if !again {
                     console::note(&format!("error: {}", Error::Interrupted));
                 }
-                std::process::exit(i32::from(EXIT_CODE));
+                leave();
             }
         }
     };
     ctrlc::set_handler(handler).map_err(|error| Error::Setting(format!("cannot listen for Ctrl-C: {error}")))
+}
+
+/// Ends the program at once. A thread of a driver may be at work, and would crash in what the driver's own ending takes down.
+fn leave() -> ! {
+    let code = i32::from(EXIT_CODE);
+    // SAFETY: it ends the process, and runs nothing before.
+    #[cfg(unix)]
+    unsafe {
+        libc::_exit(code)
+    }
+    #[cfg(not(unix))]
+    std::process::exit(code)
 }
 
 /// An error once the user wants the program to stop.
