@@ -52,6 +52,16 @@ fn divisions_and_roots_are_those_of_the_processor() {
     }
 }
 
+/// Zero has no sign; what has no fraction stays, and what is no number.
+#[test]
+fn floors_are_those_of_double_precision() {
+    for x in numbers().chain([-0.0, -0.5, 8_388_607.5, -8_388_609.0, 4.0e9, f32::INFINITY, f32::NEG_INFINITY]) {
+        let floor = f64::from(x).floor() as f32;
+        assert_eq!(num::floor(x).to_bits(), if floor == 0.0 { 0 } else { floor.to_bits() }, "{x:e}");
+    }
+    assert!(num::floor(f32::NAN).is_nan());
+}
+
 #[test]
 fn quarters_of_a_turn_are_exact() {
     assert_eq!([0.0, 0.25, 0.5, 0.75].map(num::sin_cos), [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)]);
