@@ -58,14 +58,14 @@ fn unit(bits: u32) -> f32 {
     f32::from_bits((bits & FRACTION) | ONE)
 }
 
-/// Rounds a 25-bit result to nearest and puts it under an exponent, from which the hidden bit has been taken: `shifted` is the exponent's place less
-/// [`HIDDEN`].
+/// The bits of a number: `floor` is its mantissa with one bit more, which is rounded to nearest, and `shifted` its exponent in place, less the
+/// [`HIDDEN`] bit that the mantissa brings along.
 #[inline(always)]
 fn assemble(shifted: u32, floor: u32) -> u32 {
     shifted.wrapping_add(floor.wrapping_add(1) >> 1)
 }
 
-/// `q`, or `q - 1` where what is left is negative. An `if` would be a branch on the device.
+/// The floor of a quotient of which `q` is the floor or one more: `rest`, what `q` leaves, is then negative. An `if` would be a branch on the device.
 #[inline(always)]
 fn settle(q: u32, rest: i32) -> u32 {
     q.wrapping_add((rest >> 31) as u32)
@@ -90,8 +90,8 @@ fn rsqrt_seed(m: f32) -> f32 {
     y * (1.5 - h * y * y)
 }
 
-/// The bits of a number in [1, 2) as an integer of 25 bits. What an inexact seed leaves outside, by units in the last place, becomes an integer that is
-/// off by as little.
+/// A number in [1, 2), given by its bits, as an integer of 25 bits. A number that an inexact seed puts a few units in the last place outside of this
+/// range gives an integer that is off by less than [`SEED_SLACK`].
 #[inline(always)]
 fn seed25(bits: u32) -> u32 {
     bits.wrapping_sub(ONE - HIDDEN) << 1
@@ -150,7 +150,7 @@ pub fn rsqrt_mantissa(m: u32, seed: u32, y: f32) -> u32 {
     // rest = residual - m (step (2 seed + step)), of which only the sign matters
     let grow = step.wrapping_mul(seed.wrapping_mul(2).wrapping_add(step as u32) as i32);
     let (grown_hi, grown_lo) = mul_wide(grow as u32, m);
-    // of a negative factor the product is less by m 2^32
+    // `grow` has a sign, which `mul_wide` takes for 2^32: the product is then too large by m 2^32
     let sign = (grow >> 31) as u32 & m;
     let borrow = if lo < grown_lo { 1 } else { 0 };
     let rest = hi.wrapping_sub(grown_hi).wrapping_add(sign).wrapping_sub(borrow) as i32;
