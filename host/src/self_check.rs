@@ -20,7 +20,9 @@ use crate::exec::{CpuExecutor, Executor, Parity};
 use crate::plan::{Buffer, FramePlan, Pass};
 #[cfg(feature = "gpu")]
 use crate::render::Shows;
-use crate::scene::{Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap};
+use crate::scene::{
+    Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, UvSet, Volume, Wrap,
+};
 use crate::technique::path::{PathSettings, Subsurface};
 #[cfg(feature = "gpu")]
 use crate::{
@@ -74,7 +76,11 @@ fn scene() -> Result<Scene, Error> {
     let (wrap, filter) = ([Wrap::Repeat; 2], Filter::Linear);
     let texture = Texture { name: "check".to_owned(), size: [4, 4], texels, wrap, filter };
     scene.textures.push(texture);
-    let used = TextureUse { texture: scene.textures.len() - 1, transform: [3.0, 0.0, 0.0, 0.0, 3.0, 0.0] };
+    let used = TextureUse {
+        texture: scene.textures.len() - 1,
+        transform: [3.0, 0.0, 0.0, 0.0, 3.0, 0.0],
+        uv_set: UvSet::First,
+    };
     if let Some(material) = scene.materials.iter_mut().find(|material| material.transmission == 0.0) {
         *material = Material { metallic: 0.4, roughness: 0.3, base_color_texture: Some(used), ..material.clone() };
     }

@@ -43,7 +43,13 @@ pub struct Options {
 /// # Errors
 /// [`Error::Failed`] if more than one in a million is lost, [`Error::Host`] if the file cannot be loaded.
 pub fn run(options: &Options) -> Result<(), Error> {
-    let bare = |mesh: &Mesh| Mesh { normals: Vec::new(), uvs: Vec::new(), tangents: Vec::new(), ..mesh.clone() };
+    let bare = |mesh: &Mesh| Mesh {
+        normals: Vec::new(),
+        uvs: Vec::new(),
+        second_uvs: Vec::new(),
+        tangents: Vec::new(),
+        ..mesh.clone()
+    };
     let first = |scene: Scene| scene.meshes.first().map(|mesh| bare(mesh));
     let mut bodies = vec![
         ("sphere".to_owned(), bare(&Mesh::sphere(DVec3::ZERO, 1.0, 5))),

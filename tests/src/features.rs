@@ -8,8 +8,8 @@ use restir_kernels::path::path;
 use restir_shared::bsdf::markers;
 use restir_shared::layout::{
     FEATURE_ALPHA, FEATURE_BLEND, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT,
-    FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR,
-    FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    FEATURE_FINE_TEXELS, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL,
+    FEATURE_SECOND_UVS, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
 };
 use rspirv::binary::Assemble;
 use rspirv::dr::{Instruction, Module, Operand};
@@ -34,7 +34,7 @@ const fn part(feature: u32, name: &'static str, marker: Option<f32>) -> Part {
 }
 
 /// Every feature that `path` has code of: light inside of bodies has kernels of its own. Markers of other parts than BSDFs are numbers that their code needs anyway.
-pub const PARTS: [Part; 15] = [
+pub const PARTS: [Part; 17] = [
     part(FEATURE_LIGHT_TABLE, "light table", None),
     part(FEATURE_EMISSIVE, "emissive", None),
     part(FEATURE_PUNCTUAL, "punctual", None),
@@ -54,6 +54,9 @@ pub const PARTS: [Part; 15] = [
     part(FEATURE_SPECULAR, "specular", Some(markers::SPECULAR)),
     part(FEATURE_ALPHA, "alpha", None),
     part(FEATURE_BLEND, "blend", None),
+    part(FEATURE_SECOND_UVS, "second texture coordinates", None),
+    // one step of 16 bits
+    part(FEATURE_FINE_TEXELS, "fine texels", Some(1.0 / 65_535.0)),
 ];
 
 /// The module of `path`, specialised to `features` and optimised.

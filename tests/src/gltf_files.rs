@@ -66,6 +66,14 @@ impl File {
         self.add("accessors", json!({ "bufferView": view, "componentType": 5126, "count": count, "type": kind }))
     }
 
+    /// Adds an accessor of the corners of triangles.
+    pub(crate) fn indices(&mut self, indices: &[u32]) -> usize {
+        let bytes: Vec<u8> = indices.iter().flat_map(|index| index.to_le_bytes()).collect();
+        let view = self.view(&bytes);
+        let count = indices.len();
+        self.add("accessors", json!({ "bufferView": view, "componentType": 5125, "count": count, "type": "SCALAR" }))
+    }
+
     /// Adds a quadrilateral ([`Self::face`]) as a mesh of its own.
     fn quad(
         &mut self,
@@ -80,7 +88,7 @@ impl File {
     }
 
     /// Adds a mesh, once.
-    fn body(&mut self, name: &str, faces: Vec<Value>) {
+    pub(crate) fn body(&mut self, name: &str, faces: Vec<Value>) {
         let mesh = self.add("meshes", json!({ "name": name, "primitives": faces }));
         self.add("nodes", json!({ "mesh": mesh }));
     }
@@ -112,7 +120,7 @@ impl File {
     }
 
     /// Adds a texture of an embedded image, with its sampler.
-    fn texture(&mut self, image: &[u8], sampler: Value) -> usize {
+    pub(crate) fn texture(&mut self, image: &[u8], sampler: Value) -> usize {
         let kind = if image.starts_with(b"\x89PNG") { "image/png" } else { "image/jpeg" };
         let view = self.view(image);
         let image = self.add("images", json!({ "bufferView": view, "mimeType": kind }));
@@ -136,8 +144,18 @@ impl File {
     }
 
     pub(crate) fn glb(self) -> Vec<u8> {
+        self.edited_glb(|text| text)
+    }
+
+    /// As [`Self::glb`], without saying which extensions are used.
+    pub(crate) fn undeclared_glb(self) -> Vec<u8> {
+        self.edited_glb(|text| text.replace("extensionsUsed", "extensionsOther"))
+    }
+
+    /// As [`Self::glb`], with the text of the document edited.
+    pub(crate) fn edited_glb(self, edit: impl FnOnce(String) -> String) -> Vec<u8> {
         let Self { document, bytes } = self.finished();
-        let mut text = document.to_string().into_bytes();
+        let mut text = edit(document.to_string()).into_bytes();
         text.resize(text.len().next_multiple_of(4), b' ');
         let mut file = b"glTF\x02\0\0\0".to_vec();
         file.extend((28 + text.len() as u32 + bytes.len() as u32).to_le_bytes());
@@ -148,6 +166,19 @@ impl File {
         }
         file
     }
+}
+
+/// A file with the members of an extension renamed, wherever they are: as its author would have written who does not know it.
+pub fn without(file: &[u8], extension: &str) -> Vec<u8> {
+    // of the same length, so that nothing moves
+    let unknown = "X".repeat(extension.len());
+    let mut changed = file.to_vec();
+    let name = format!("\"{extension}\"");
+    let places = file.windows(name.len()).enumerate().filter(|(_, window)| *window == name.as_bytes());
+    for (at, _) in places {
+        changed[at + 1..at + 1 + unknown.len()].copy_from_slice(unknown.as_bytes());
+    }
+    changed
 }
 
 /// Gathers the names of all extensions under a value.
@@ -173,11 +204,11 @@ fn stage(subject: Value) -> File {
 }
 
 /// A dielectric with the given texture of base colour.
-fn painted(info: Value) -> Value {
+pub(crate) fn painted(info: Value) -> Value {
     json!({ "pbrMetallicRoughness": { "baseColorTexture": info, "metallicFactor": 0.0, "roughnessFactor": 0.8 } })
 }
 
-fn png<const CHANNELS: usize>(side: u32, texel: impl Fn(u32, u32) -> [u8; CHANNELS]) -> Vec<u8> {
+pub(crate) fn png<const CHANNELS: usize>(side: u32, texel: impl Fn(u32, u32) -> [u8; CHANNELS]) -> Vec<u8> {
     let bytes: Vec<u8> = (0..side * side).flat_map(|i| texel(i % side, i / side)).collect();
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, side, side);
@@ -192,34 +223,34 @@ fn png<const CHANNELS: usize>(side: u32, texel: impl Fn(u32, u32) -> [u8; CHANNE
 }
 
 /// Four by four texels, each of another colour.
-fn colors() -> Vec<u8> {
+pub(crate) fn colors() -> Vec<u8> {
     png(4, |x, y| if (x + y) % 2 == 0 { [250, 60 * x as u8, 60 * y as u8] } else { [20, 90, 250 - 60 * y as u8] })
 }
 
 /// Grey, of sixteen alphas.
-fn translucent() -> Vec<u8> {
+pub(crate) fn translucent() -> Vec<u8> {
     png(4, |x, y| [90, 90, 90, (17 * (4 * y + x)) as u8])
 }
 
 /// Roughness in green, metalness in blue.
-fn metallic_roughness() -> Vec<u8> {
+pub(crate) fn metallic_roughness() -> Vec<u8> {
     png(4, |x, y| [0, 40 + 60 * x as u8, if y % 2 == 0 { 255 } else { 0 }])
 }
 
 /// A normal map of bumps.
-fn bumps() -> Vec<u8> {
+pub(crate) fn bumps() -> Vec<u8> {
     let slope = |i: u32| (f64::from(i) / 8.0 * std::f64::consts::TAU).sin() * 0.4;
     let byte = |x: f64| (127.5 * (x + 1.0)).round() as u8;
     png(8, |x, y| [byte(slope(x)), byte(slope(y)), byte(0.8)])
 }
 
 const NEAREST: u32 = 9728;
-const LINEAR: u32 = 9729;
+pub(crate) const LINEAR: u32 = 9729;
 const CLAMP: u32 = 33_071;
 const MIRROR: u32 = 33_648;
-const REPEAT: u32 = 10_497;
+pub(crate) const REPEAT: u32 = 10_497;
 
-fn sampler(filter: u32, wrap: [u32; 2]) -> Value {
+pub(crate) fn sampler(filter: u32, wrap: [u32; 2]) -> Value {
     json!({ "magFilter": filter, "wrapS": wrap[0], "wrapT": wrap[1] })
 }
 

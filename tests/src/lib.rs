@@ -33,6 +33,7 @@ pub mod panes;
 pub mod parity;
 pub mod random;
 pub mod rays;
+pub mod reported;
 pub mod resampling;
 pub mod scenes;
 pub mod sheets;

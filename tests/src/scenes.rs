@@ -318,7 +318,7 @@ pub fn moving_media() -> Scene {
         let scattering = volume.scattering.map(|s| VolumeScattering { color_texture, strength_texture, ..s });
         Some(Volume { scattering, ..volume })
     };
-    let veins = Some(TextureUse { texture: 0, transform: [2.0, 0.3, 0.1, -0.2, 1.5, 0.0] });
+    let veins = Some(TextureUse { transform: [2.0, 0.3, 0.1, -0.2, 1.5, 0.0], ..TextureUse::new(0) });
     let ball = scene.materials.iter_mut().find(|material| material.name == "ball").expect("it is there");
     (ball.transmission, ball.volume) = (1.0, medium(veins, None, 0.5));
     let wax = |name, volume| Material { diffuse_transmission: 1.0, volume, ..Material::diffuse(name, [1.0; 3]) };

@@ -95,7 +95,7 @@ fn environment(environment: &Environment) -> String {
 }
 
 fn textures(textures: &[Texture]) -> String {
-    let texels: usize = textures.iter().map(|texture| texture.texels.len()).sum();
+    let texels: usize = textures.iter().map(|texture| texture.texels.count()).sum();
     if textures.is_empty() { "none".to_owned() } else { format!("{} with {texels} texels", textures.len()) }
 }
 

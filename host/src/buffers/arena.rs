@@ -1,13 +1,13 @@
 //! The attribute arena, word by word as in [`restir_shared::layout`].
 
 use super::{environment::EnvironmentMap, lights::LightTables, lit, texels::Texels};
-use crate::scene::{AlphaMode, Filter, Light, LightKind, Material, Scene, TextureUse, Volume, Wrap};
+use crate::scene::{AlphaMode, Filter, Light, LightKind, Material, Scene, TextureUse, UvSet, Volume, Wrap};
 use glam::{DVec3, Vec3};
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_WORDS, INTERIOR_WORDS, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME,
     MATERIAL_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
-    SLOT_SCATTERING_COLOR, SLOT_SPECULAR_COLOR, SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST,
-    TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
+    SLOT_SCATTERING_COLOR, SLOT_SPECULAR_COLOR, SceneHeader, TEXTURE_FINE, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V,
+    TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SECOND_UVS, TEXTURE_SRGB,
 };
 use restir_shared::medium::Medium;
 use restir_shared::num::flush;
@@ -162,7 +162,9 @@ fn texture_use(scene: &Scene, texels: &Texels, srgb: bool, used: Option<&Texture
     let flags = wrap(texture.wrap[0], TEXTURE_REPEAT_U, TEXTURE_MIRROR_U)
         | wrap(texture.wrap[1], TEXTURE_REPEAT_V, TEXTURE_MIRROR_V)
         | if texture.filter == Filter::Nearest { TEXTURE_NEAREST } else { 0 }
-        | if srgb { TEXTURE_SRGB } else { 0 };
+        | if srgb { TEXTURE_SRGB } else { 0 }
+        | if used.uv_set == UvSet::Second { TEXTURE_SECOND_UVS } else { 0 }
+        | if texture.texels.is_fine() { TEXTURE_FINE } else { 0 };
     let [a, b, c, d, e, f] = used.transform;
     [
         [texels.textures[used.texture], texture.size[0], texture.size[1], flags],

@@ -107,7 +107,7 @@ fn texture_use_problem(scene: &Scene, used: &TextureUse) -> Option<String> {
 }
 
 fn texture_problem(t: &Texture) -> Option<String> {
-    size_problem(&format!("texture {:?}", t.name), t.size, t.texels.len())
+    size_problem(&format!("texture {:?}", t.name), t.size, t.texels.count())
 }
 
 fn size_problem(what: &str, [width, height]: [u32; 2], pixels: usize) -> Option<String> {
@@ -127,6 +127,7 @@ fn mesh_problem(mesh: &Mesh) -> Option<String> {
     let attributes = [
         ("normal", mesh.normals.len(), mesh.normals.as_flattened()),
         ("texture coordinate", mesh.uvs.len(), mesh.uvs.as_flattened()),
+        ("second texture coordinate", mesh.second_uvs.len(), mesh.second_uvs.as_flattened()),
         ("tangent", mesh.tangents.len(), mesh.tangents.as_flattened()),
     ];
     let wrong = attributes.iter().find(|(_, length, _)| *length != 0 && *length != count);

@@ -7,13 +7,13 @@ use glam::Vec3;
 use restir_shared::bsdf::Material as Scattering;
 use restir_shared::layout::{
     FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_CLEAR_BORDER, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION,
-    FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL,
-    FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
-    LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL, MATERIAL_BLEND,
+    FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_FINE_TEXELS, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE,
+    FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SECOND_UVS, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_SUBSURFACE,
+    FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL, MATERIAL_BLEND,
 };
 
 /// Every feature with its name.
-const NAMES: [(u32, &str); 18] = [
+const NAMES: [(u32, &str); 20] = [
     (FEATURE_LIGHT_TABLE, "light-table"),
     (FEATURE_EMISSIVE, "emissive"),
     (FEATURE_PUNCTUAL, "punctual"),
@@ -32,6 +32,8 @@ const NAMES: [(u32, &str); 18] = [
     (FEATURE_BLEND, "blend"),
     (FEATURE_SUBSURFACE, "subsurface"),
     (FEATURE_CLEAR_BORDER, "clear-border"),
+    (FEATURE_SECOND_UVS, "second-uvs"),
+    (FEATURE_FINE_TEXELS, "fine-texels"),
 ];
 
 /// The names of the features that are set.
@@ -41,7 +43,7 @@ pub(super) fn names(features: u32) -> Vec<&'static str> {
 
 /// The features of the materials in use and the lights.
 pub(super) fn of_scene(scene: &Scene, flat: &Flat, tables: &LightTables, around: &[u32]) -> u32 {
-    let Flat { used_materials, with_shading, texels, .. } = flat;
+    let Flat { used_materials, with_shading, with_second_uvs, texels, .. } = flat;
     let materials = scene.materials.iter().zip(used_materials).filter(|(_, used)| **used);
     let of_lights_and_tables = all_of(&[
         (tables.alias.is_some(), FEATURE_LIGHT_TABLE),
@@ -49,6 +51,8 @@ pub(super) fn of_scene(scene: &Scene, flat: &Flat, tables: &LightTables, around:
         (tables.count(LIGHT_ENVIRONMENT) > 0, FEATURE_ENVIRONMENT),
         (*with_shading, FEATURE_SHADING),
         (texels.count() > 0, FEATURE_TEXTURES),
+        (*with_second_uvs, FEATURE_SECOND_UVS),
+        (texels.any_fine(scene), FEATURE_FINE_TEXELS),
         (
             (0..scene.materials.len()).any(|m| used_materials[m] && lit::is_clear(scene, m, around)),
             FEATURE_CLEAR_BORDER,

@@ -1,4 +1,5 @@
-//! The geometry arena, word by word as in [`restir_shared::layout`]: nodes, triangles and, if the scene needs them, shading records.
+//! The geometry arena, word by word as in [`restir_shared::layout`]: nodes, triangles and, if the scene needs them, shading records and second sets of texture
+//! coordinates.
 
 use super::coincident::{self, Coincident};
 use super::lights::{LightTables, emits};
@@ -15,6 +16,7 @@ const NODE: usize = 16;
 const BOX: usize = 8;
 pub(super) const TRIANGLE: usize = 12;
 const SHADING: usize = 12;
+const SECOND_UVS: usize = 8;
 /// Where a triangle's material, light and object are among its words.
 const MATERIAL: usize = 3;
 const LIGHT: usize = 7;
@@ -38,7 +40,8 @@ pub(super) enum Geometry<'a> {
 /// The arena but for what [`mark`] writes, the bounds of everything, and the lamps that lie in other surfaces.
 pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc<[u32]>, Bounds, Coincident) {
     let (nodes, triangles) = (flat.bvh.nodes.len(), flat.triangles.len());
-    let per_triangle = TRIANGLE + if flat.with_shading { SHADING } else { 0 };
+    let of_shading = if flat.with_shading { SHADING } else { 0 };
+    let per_triangle = TRIANGLE + of_shading + if flat.with_second_uvs { SECOND_UVS } else { 0 };
     // of known length, so that the words are written where they stay: a copy of them would be the peak of memory
     let mut words: Arc<[u32]> = match geometry {
         Geometry::New => repeat_n(0, nodes * NODE + triangles * per_triangle).collect(),
@@ -47,7 +50,8 @@ pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc
     // nobody else has them yet
     let free = Arc::get_mut(&mut words).unwrap_or_default();
     let (node_words, triangle_words) = free.split_at_mut(nodes * NODE);
-    let (corner_words, shading_words) = triangle_words.split_at_mut(triangles * TRIANGLE);
+    let (corner_words, other_words) = triangle_words.split_at_mut(triangles * TRIANGLE);
+    let (shading_words, uv_words) = other_words.split_at_mut(triangles * of_shading);
     let emits: Vec<bool> = scene.materials.iter().map(emits).collect();
     let is_lamp = |index: usize| emits[flat.triangles[index].material(scene)];
     let is_moved = |index: usize| match geometry {
@@ -61,6 +65,10 @@ pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc
         if flat.with_shading {
             let record = shading::record(scene, triangle);
             shading_words[index * SHADING..][..SHADING].copy_from_slice(record.as_flattened());
+        }
+        if flat.with_second_uvs {
+            let record = shading::second_uvs(scene, triangle);
+            uv_words[index * SECOND_UVS..][..SECOND_UVS].copy_from_slice(record.as_flattened());
         }
     }
     let bounds = fit(flat, node_words, corner_words, &is_moved);

@@ -1,9 +1,9 @@
 //! The lights of all kinds, chosen in proportion to their power; of the environment's, what scattering does not find as well.
 
-use super::color::{linear, luminance};
+use super::color::{fine_linear, linear, luminance};
 use super::environment::EnvironmentMap;
 use super::triangles::{Triangle, area};
-use crate::scene::{Light, LightKind, Material, Scene, Texture, TextureUse, Wrap};
+use crate::scene::{Light, LightKind, Material, Scene, Texels, Texture, TextureUse, UvSet, Wrap};
 use crate::{alias, bvh::Bounds};
 use glam::DVec2;
 use restir_shared::layout::{LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL, LIGHT_TRIANGLE, SLOT_EMISSION};
@@ -91,7 +91,7 @@ fn emissive(scene: &Scene, triangles: &[Triangle]) -> impl Iterator<Item = Light
 /// The mean luminance of a texture over a triangle, about.
 fn textured(scene: &Scene, triangle: Triangle, used: &TextureUse) -> f64 {
     let texture = &scene.textures[used.texture];
-    let uvs = corner_uvs(scene, triangle);
+    let uvs = corner_uvs(scene, triangle, used.uv_set);
     let mut sum = 0.0;
     for i in 0..TEXTURE_STEPS {
         for j in 0..TEXTURE_STEPS - i {
@@ -101,12 +101,19 @@ fn textured(scene: &Scene, triangle: Triangle, used: &TextureUse) -> f64 {
         }
     }
     let points = f64::from(TEXTURE_STEPS * (TEXTURE_STEPS + 1) / 2);
-    let brightest = texture.texels.iter().map(texel_luminance).fold(0.0, f64::max);
+    let brightest = match &texture.texels {
+        Texels::Eight(texels) => texels.iter().map(coarse_luminance).fold(0.0, f64::max),
+        Texels::Sixteen(texels) => texels.iter().map(fine_luminance).fold(0.0, f64::max),
+    };
     sum / points * (1.0 - DEFENSIVE_SHARE) + brightest * DEFENSIVE_SHARE
 }
 
-fn texel_luminance(&[r, g, b, _]: &[u8; 4]) -> f64 {
+fn coarse_luminance(&[r, g, b, _]: &[u8; 4]) -> f64 {
     luminance([r, g, b].map(|code| linear(code) as f32))
+}
+
+fn fine_luminance(&[r, g, b, _]: &[u16; 4]) -> f64 {
+    luminance([r, g, b].map(|code| fine_linear(code) as f32))
 }
 
 fn nearest_luminance(texture: &Texture, used: &TextureUse, uv: DVec2) -> f64 {
@@ -121,12 +128,17 @@ fn nearest_luminance(texture: &Texture, used: &TextureUse, uv: DVec2) -> f64 {
         };
         (inside * size).min(size - 1.0) as usize
     };
-    texel_luminance(&texture.texels[texel(1) * texture.size[0] as usize + texel(0)])
+    let at = texel(1) * texture.size[0] as usize + texel(0);
+    match &texture.texels {
+        Texels::Eight(texels) => coarse_luminance(&texels[at]),
+        Texels::Sixteen(texels) => fine_luminance(&texels[at]),
+    }
 }
 
 /// The texture coordinates of a triangle's corners, in the order of its vertices; zero without.
-pub(super) fn corner_uvs(scene: &Scene, triangle: Triangle) -> [DVec2; 3] {
-    let uvs = &triangle.mesh(scene).uvs;
+pub(super) fn corner_uvs(scene: &Scene, triangle: Triangle, set: UvSet) -> [DVec2; 3] {
+    let mesh = triangle.mesh(scene);
+    let uvs = if set == UvSet::First { &mesh.uvs } else { &mesh.second_uvs };
     triangle.corners(scene).map(|i| uvs.get(i).map_or(DVec2::ZERO, |&[u, v]| DVec2::new(f64::from(u), f64::from(v))))
 }
 

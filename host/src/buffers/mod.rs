@@ -37,7 +37,9 @@ use crate::bvh::{self, Bounds, Bvh, Effort};
 use crate::scene::{Camera, Scene};
 use crate::{Error, memory, wide_bvh::WideBvh};
 use glam::{DVec3, UVec4};
-use restir_shared::layout::{LIGHT_TRIANGLE, NODE_WORDS, NONE, SceneHeader, TRIANGLE_ALPHA, TRIANGLE_WORDS};
+use restir_shared::layout::{
+    LIGHT_TRIANGLE, NODE_WORDS, NONE, SHADING_WORDS, SceneHeader, TRIANGLE_ALPHA, TRIANGLE_WORDS,
+};
 use restir_shared::scene::SceneView;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
@@ -89,6 +91,8 @@ struct Flat {
     used_materials: Vec<bool>,
     /// Whether there are shading records.
     with_shading: bool,
+    /// Whether there are second sets of texture coordinates.
+    with_second_uvs: bool,
 }
 
 /// What a scene consists of.
@@ -172,10 +176,12 @@ impl SceneBuffers {
         check_texels(scene)?;
         let used_materials = used_materials(scene, &triangles);
         let with_shading = shading::needs_shading(scene);
+        let with_second_uvs =
+            scene.materials.iter().zip(&used_materials).any(|(m, used)| *used && m.needs_second_uvs());
         let mut texels = Texels::new(scene, &used_materials, environment.as_ref());
         let mut words = std::mem::take(&mut texels.words);
         words.resize(words.len().max(4), 0);
-        let flat = Flat { triangles, bvh, skipped, texels, environment, used_materials, with_shading };
+        let flat = Flat { triangles, bvh, skipped, texels, environment, used_materials, with_shading, with_second_uvs };
         Ok((Self::assemble(scene, &flat, Geometry::New, words.into())?, flat))
     }
 
@@ -202,6 +208,11 @@ impl SceneBuffers {
             light_count: tables.lights.len() as u32,
             root: bvh.root,
             shading_base: if flat.with_shading { triangle_base + triangle_count * TRIANGLE_WORDS } else { NONE },
+            second_uv_base: if flat.with_second_uvs {
+                triangle_base + triangle_count * (TRIANGLE_WORDS + SHADING_WORDS)
+            } else {
+                NONE
+            },
             srgb_base: texels.srgb_base,
             counterpart_base: NONE,
             ..attributes.header
@@ -303,9 +314,8 @@ pub(crate) fn owner(view: &SceneView<'_>, triangle: u32) -> (u32, u32) {
 
 /// The scene has its textures, the arena is made of them, and then shared: for a moment all three are there.
 fn check_texels(scene: &Scene) -> Result<(), Error> {
-    let texels: usize = scene.textures.iter().map(|texture| texture.texels.len()).sum();
-    let bytes = 3 * size_of::<[u8; 4]>() as u64 * texels as u64;
-    memory::check(bytes, &format!("the textures of scene {}", scene.name), "use smaller ones")
+    let bytes: u64 = scene.textures.iter().map(|texture| texture.texels.bytes()).sum();
+    memory::check(3 * bytes, &format!("the textures of scene {}", scene.name), "use smaller ones")
 }
 
 fn corners(bounds: &Bounds) -> [[f32; 3]; 2] {

@@ -7,7 +7,7 @@ use super::{
     triangles::check_moved,
 };
 use crate::Error;
-use crate::scene::{Camera, Instance, Mesh, Scene};
+use crate::scene::{Camera, Instance, Material, Mesh, Scene, TextureUse};
 use restir_shared::layout::{ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_LIGHT_TABLE, LIGHT_WORDS, PUNCTUAL_WORDS};
 use restir_shared::scene::LightAddress;
 use std::collections::BTreeSet;
@@ -209,7 +209,7 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
                 && a.material == b.material
                 && a.positions.len() == b.positions.len()
                 && a.normals.is_empty() == b.normals.is_empty()
-                && a.uvs == b.uvs
+                && (&a.uvs, &a.second_uvs) == (&b.uvs, &b.second_uvs)
                 && a.tangents.is_empty() == b.tangents.is_empty()
     };
     let environment = match (&a.environment, &b.environment) {
@@ -221,10 +221,9 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
         (a, b) => a.is_none() && b.is_none(),
     };
     let textures = |scene: &Scene| -> Vec<_> {
-        let inside = |m: &crate::scene::Material| {
-            m.volume.map(|volume| volume.textures().map(|used| used.map(|used| used.texture)))
-        };
-        scene.materials.iter().map(|m| (m.textures().map(|used| used.map(|used| used.texture)), inside(m))).collect()
+        let of = |used: Option<&TextureUse>| used.map(|used| (used.texture, used.uv_set));
+        let inside = |m: &Material| m.volume.map(|volume| volume.textures().map(of));
+        scene.materials.iter().map(|m| (m.textures().map(of), inside(m))).collect()
     };
     let scattering = |scene: &Scene| -> Vec<_> {
         scene.materials.iter().map(|m| m.volume.is_some_and(|volume| volume.scatters())).collect()

@@ -2,7 +2,7 @@
 
 use super::lights::corner_uvs;
 use super::triangles::{Triangle, is_mirrored};
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, Scene, UvSet};
 use glam::{DVec2, DVec3, Vec3};
 use restir_shared::pack::encode_unit_vector;
 
@@ -17,7 +17,7 @@ pub(super) fn needs_shading(scene: &Scene) -> bool {
 pub(super) fn record(scene: &Scene, triangle: Triangle) -> [[u32; 4]; 3] {
     let (instance, mesh) = (triangle.instance(scene), triangle.mesh(scene));
     let corners = triangle.corners(scene);
-    let uvs = corner_uvs(scene, triangle);
+    let uvs = corner_uvs(scene, triangle, UvSet::First);
     let positions = triangle.vertices(scene).map(|v| v.as_dvec3());
     let geometric = (positions[1] - positions[0]).cross(positions[2] - positions[0]).normalize_or(DVec3::Z);
     let to_world = instance.transform.matrix3;
@@ -30,13 +30,26 @@ pub(super) fn record(scene: &Scene, triangle: Triangle) -> [[u32; 4]; 3] {
         Some((tangents, sign)) => {
             (tangents.map(|t| (to_world * t).normalize_or(DVec3::X)), if is_mirrored(instance) { -sign } else { sign })
         }
-        None => derived_tangent(positions, uvs, geometric),
+        None => {
+            let mapped = scene.materials[triangle.material(scene)].normal_texture;
+            let uvs = corner_uvs(scene, triangle, mapped.map_or(UvSet::First, |used| used.uv_set));
+            derived_tangent(positions, uvs, geometric)
+        }
     };
     let normals = normals.map(packed);
     let tangents = tangents.map(|t| packed(t) & !1 | u32::from(sign < 0.0));
-    let uv = |i: usize| uvs[i].as_vec2().to_array().map(f32::to_bits);
-    let [[u0, v0], [u1, v1], [u2, v2]] = [uv(0), uv(1), uv(2)];
+    let [[u0, v0], [u1, v1], [u2, v2]] = uvs.map(uv_bits);
     [[normals[0], normals[1], normals[2], tangents[0]], [tangents[1], tangents[2], u0, v0], [u1, v1, u2, v2]]
+}
+
+/// A triangle's second texture coordinates, see [`restir_shared::layout`].
+pub(super) fn second_uvs(scene: &Scene, triangle: Triangle) -> [[u32; 4]; 2] {
+    let [[u0, v0], [u1, v1], [u2, v2]] = corner_uvs(scene, triangle, UvSet::Second).map(uv_bits);
+    [[u0, v0, u1, v1], [u2, v2, 0, 0]]
+}
+
+fn uv_bits(uv: DVec2) -> [u32; 2] {
+    uv.as_vec2().to_array().map(f32::to_bits)
 }
 
 fn packed(v: DVec3) -> u32 {

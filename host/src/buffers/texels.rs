@@ -1,7 +1,7 @@
 //! The texel arena: sRGB table, textures, environment.
 
 use super::{color::linear, environment::EnvironmentMap};
-use crate::scene::{AlphaMode, Material, Scene, Texture};
+use crate::scene::{self, AlphaMode, Material, Scene, Texture};
 use restir_shared::layout::{ENVIRONMENT_PART, MATERIAL_BLEND, MATERIAL_MASK, NONE};
 
 /// The arena and where things begin in it.
@@ -33,8 +33,8 @@ impl Texels {
             for used in material.all_textures() {
                 if texels.words.is_empty() {
                     // all at once, for a vector that grows would take twice as much
-                    let texels_of_all: usize = scene.textures.iter().map(|texture| texture.texels.len() + 4).sum();
-                    texels.words.reserve_exact(4 * 256 + texels_of_all);
+                    let words = |texture: &Texture| texture.texels.bytes() as usize / 4 + 4;
+                    texels.words.reserve_exact(4 * 256 + scene.textures.iter().map(words).sum::<usize>());
                     texels.add_srgb_table();
                 }
                 if texels.textures[used.texture] == NONE {
@@ -54,6 +54,12 @@ impl Texels {
     /// How many of the scene's textures it has.
     pub(super) fn count(&self) -> usize {
         self.textures.iter().filter(|&&first| first != NONE).count()
+    }
+
+    /// Whether any of them has 16 bits a channel.
+    pub(super) fn any_fine(&self, scene: &Scene) -> bool {
+        let mut used = self.textures.iter().zip(&scene.textures).filter(|(first, _)| **first != NONE);
+        used.any(|(_, texture)| texture.texels.is_fine())
     }
 
     /// The `MATERIAL_` flags of a material's alpha: none if it is everywhere.
@@ -79,7 +85,13 @@ impl Texels {
 
     fn add_texture(&mut self, texture: &Texture) -> u32 {
         let first = self.next_word();
-        self.words.extend(texture.texels.iter().map(|&rgba| u32::from_le_bytes(rgba)));
+        match &texture.texels {
+            scene::Texels::Eight(texels) => self.words.extend(texels.iter().map(|&rgba| u32::from_le_bytes(rgba))),
+            scene::Texels::Sixteen(texels) => {
+                let pair = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
+                self.words.extend(texels.iter().flat_map(|&[r, g, b, a]| [pair(r, g), pair(b, a)]));
+            }
+        }
         self.words.resize(self.words.len().next_multiple_of(4), 0);
         first
     }
@@ -100,5 +112,7 @@ impl Texels {
 }
 
 fn least_alpha(texture: &Texture) -> f32 {
-    f32::from(texture.texels.iter().map(|texel| texel[3]).min().unwrap_or(u8::MAX)) / 255.0
+    let least = texture.texels.iter().map(|texel| texel[3]).min().unwrap_or(u16::MAX);
+    // of what has 8 bits, the code that kernels divide
+    if texture.texels.is_fine() { f32::from(least) / 65_535.0 } else { f32::from(least / 257) / 255.0 }
 }

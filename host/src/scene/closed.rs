@@ -90,7 +90,7 @@ mod tests {
             mesh.indices = (0..spread.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
             let moved = |(i, [x, y, z]): (usize, &[f32; 3])| [x + off * (i % 3) as f32, *y, z - off];
             mesh.positions = spread.iter().enumerate().map(moved).collect();
-            Mesh { normals: Vec::new(), uvs: Vec::new(), tangents: Vec::new(), ..mesh }
+            Mesh { normals: Vec::new(), uvs: Vec::new(), second_uvs: Vec::new(), tangents: Vec::new(), ..mesh }
         };
         assert!(is_closed(&cuboid(0.0)) && is_closed(&cuboid(2.0e-7)) && !is_closed(&cuboid(1.0e-3)));
         let welded = closed(&cuboid(2.0e-7)).unwrap();

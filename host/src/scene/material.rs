@@ -161,6 +161,18 @@ pub struct TextureUse {
     pub texture: usize,
     /// From the mesh's texture coordinates to the texture's, affine: u' = m\[0\] u + m\[1\] v + m\[2\], v' = m\[3\] u + m\[4\] v + m\[5\].
     pub transform: [f32; 6],
+    /// The texture coordinates that it lies on.
+    pub uv_set: UvSet,
+}
+
+/// One of a mesh's sets of texture coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UvSet {
+    /// [`Mesh::uvs`](super::Mesh::uvs).
+    #[default]
+    First,
+    /// [`Mesh::second_uvs`](super::Mesh::second_uvs).
+    Second,
 }
 
 impl Material {
@@ -211,6 +223,11 @@ impl Material {
         self.textures().into_iter().chain(inside).flatten()
     }
 
+    /// Whether any texture lies on the second set of texture coordinates.
+    pub(crate) fn needs_second_uvs(&self) -> bool {
+        self.all_textures().any(|used| used.uv_set == UvSet::Second)
+    }
+
     /// Whether it has any texture.
     pub(crate) fn is_textured(&self) -> bool {
         self.all_textures().next().is_some()
@@ -223,8 +240,8 @@ impl Material {
 }
 
 impl TextureUse {
-    /// The texture as it lies on the mesh's texture coordinates.
+    /// The texture as it lies on the mesh's first texture coordinates.
     pub fn new(texture: usize) -> Self {
-        Self { texture, transform: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0] }
+        Self { texture, transform: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0], uv_set: UvSet::First }
     }
 }

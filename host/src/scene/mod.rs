@@ -59,12 +59,12 @@ pub use animation::{Animation, Blackout, Emitter, Motion, Pose};
 pub use camera_path::{CameraPath, Keyframe};
 pub use dim::EMISSION_RANGE;
 pub use light::{Environment, Light, LightKind};
-pub use material::{AlphaMode, Material, TextureUse, Volume, VolumeScattering};
+pub use material::{AlphaMode, Material, TextureUse, UvSet, Volume, VolumeScattering};
 pub use rig::{
     Attachment, Deformation, Influences, Interpolation, MorphTarget, Node, Part, Placement, Property, Rig, Skin,
     Skinning, Track,
 };
-pub use texture::{Filter, Texture, Wrap};
+pub use texture::{Filter, Texels, Texture, Wrap};
 
 /// A scene: instances of meshes, materials, lights, a camera.
 #[derive(Clone, Debug, Default)]
@@ -110,6 +110,8 @@ pub struct Mesh {
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates, one a vertex; empty without.
     pub uvs: Vec<[f32; 2]>,
+    /// A second set of them, for the textures that lie on it ([`UvSet::Second`]); empty without.
+    pub second_uvs: Vec<[f32; 2]>,
     /// Unit tangents along u, with the sign of the bitangent (normal x tangent) as in glTF, one a vertex; empty to
     /// have them derived from positions and texture coordinates where a normal map needs them.
     pub tangents: Vec<[f32; 4]>,

@@ -86,12 +86,14 @@ impl Mesh {
             union.indices.extend(part.indices.iter().map(|triangle| triangle.map(|i| i + offset)));
             union.normals.extend(&part.normals);
             union.uvs.extend(&part.uvs);
+            union.second_uvs.extend(&part.second_uvs);
             union.tangents.extend(&part.tangents);
         }
         let vertices = union.positions.len();
         let complete = |count: usize| if count == vertices { count } else { 0 };
         union.normals.truncate(complete(union.normals.len()));
         union.uvs.truncate(complete(union.uvs.len()));
+        union.second_uvs.truncate(complete(union.second_uvs.len()));
         union.tangents.truncate(complete(union.tangents.len()));
         union
     }
@@ -138,9 +140,9 @@ impl Mesh {
         if !self.normals.is_empty() {
             self.normals.push(bisector(double(self.normals[i]), double(self.normals[j])));
         }
-        if !self.uvs.is_empty() {
-            let (a, b) = (self.uvs[i], self.uvs[j]);
-            self.uvs.push([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
+        for uvs in [&mut self.uvs, &mut self.second_uvs].into_iter().filter(|uvs| !uvs.is_empty()) {
+            let (a, b) = (uvs[i], uvs[j]);
+            uvs.push([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
         }
         if !self.tangents.is_empty() {
             let ([ax, ay, az, sign], [bx, by, bz, _]) = (self.tangents[i], self.tangents[j]);
@@ -166,9 +168,11 @@ impl Scene {
     /// As [`Self::add_mesh`], with the instance placed by `transform`.
     pub fn place_mesh(&mut self, name: &str, material: usize, mesh: Mesh, transform: DAffine3) -> usize {
         // coordinates that no texture needs would only take memory
-        let uvs = if self.materials.get(material).is_some_and(Material::is_textured) { mesh.uvs } else { Vec::new() };
+        let used = self.materials.get(material);
+        let uvs = if used.is_some_and(Material::is_textured) { mesh.uvs } else { Vec::new() };
+        let second_uvs = if used.is_some_and(Material::needs_second_uvs) { mesh.second_uvs } else { Vec::new() };
         self.instances.push(Instance::new(self.meshes.len(), transform));
-        self.meshes.push(Mesh { name: name.to_owned(), material, uvs, ..mesh }.into());
+        self.meshes.push(Mesh { name: name.to_owned(), material, uvs, second_uvs, ..mesh }.into());
         self.meshes.len() - 1
     }
 

@@ -9,6 +9,7 @@
 //! | geometry | nodes | [`NODE_WORDS`] | `lo0.xyz, child0`, `hi0.xyz, child1`, `lo1.xyz, 0`, `hi1.xyz, 0` |
 //! | geometry | triangles | [`TRIANGLE_WORDS`] | `v0.xyz, material`, `v1.xyz, light or NONE`, `v2.xyz, object`, which [`TRIANGLE_ALPHA`] marks; of an object any number that no other has |
 //! | geometry | shading | [`SHADING_WORDS`] | `n0, n1, n2, t0`, `t1, t2, uv0`, `uv1, uv2`: a record a triangle; `n` unit normals and `t` tangents as [`crate::pack`] has them, the lowest bit of a tangent set where the bitangent is `-n x t`; absent without [`FEATURE_SHADING`] |
+//! | geometry | second texture coordinates | [`SECOND_UV_WORDS`] | `uv0, uv1`, `uv2, 0, 0`: a record a triangle; absent without [`FEATURE_SECOND_UVS`] |
 //! | attributes | materials | [`MATERIAL_WORDS`] | `base colour.rgb, flags`, `emission.rgb, texture uses, in words after the first material, or NONE`, `metallic, roughness, ior, transmission`, `diffuse transmission.rgb, its share`, `absorption.rgb, normal scale`, `alpha, cutoff of a mask, interior, in words after the first material, or 0, one more than a triangle of the body around it, or 0`, `specular colour.rgb, specular factor` |
 //! | attributes | interiors | [`INTERIOR_WORDS`] | `albedo.rgb, anisotropy`, `index of the denser outside, 1, or 0 of a clear border, texture uses or NONE, 1 where lights are sampled, constant factor of a turn's density`, `absorbed.rgb, unused`: of the materials that scatter inside, whose absorption is the extinction |
 //! | attributes | texture uses | [`TEXTURE_USE_WORDS`] | `first texel word or NONE, width, height, flags`, `m00, m01, m02, 0`, `m10, m11, m12, 0`; [`TEXTURE_SLOTS`] in a row |
@@ -18,7 +19,7 @@
 //! | attributes | alias table | [`ALIAS_WORDS`] | `threshold, alias, 0, 0`; absent without [`FEATURE_LIGHT_TABLE`] |
 //! | attributes | counterparts | a quarter | of four lights, their indices in the other frame or [`LightAddress::NO_LIGHT`](crate::scene::LightAddress::NO_LIGHT); absent where they are the same |
 //! | texels | sRGB table | 1 | `linear value, 0, 0, 0` of each of 256 codes |
-//! | texels | texture | a quarter | four RGBA texels of 8 bits a channel |
+//! | texels | texture | a quarter | four RGBA texels of 8 bits a channel; or a half: two of 16 |
 //! | texels | environment | 1 | `radiance.rgb, lower bound of the column's share of its row`, in 2^-32 |
 //! | texels | environment rows | 1 | `lower bound of the row's share, 0, 0, 0`, in 2^-32 |
 //! | texels | environment parts | a quarter | the lower bounds of every [`ENVIRONMENT_PART`]th row, then of every such column of each row, from the first on: copies, of which a cache holds more |

@@ -15,6 +15,8 @@ pub const INTERIOR_WORDS: u32 = 3;
 pub const INTERIOR_SLOTS: u32 = 2;
 /// Words in a triangle's normals, tangents and texture coordinates.
 pub const SHADING_WORDS: u32 = 3;
+/// Words in a triangle's second set of texture coordinates.
+pub const SECOND_UV_WORDS: u32 = 2;
 /// Words in a material's use of a texture.
 pub const TEXTURE_USE_WORDS: u32 = 3;
 /// Textures that a material can use: base colour, metallic-roughness, normal, emission, specular factor and colour.
@@ -87,6 +89,10 @@ pub const TEXTURE_MIRROR_V: u32 = 8;
 pub const TEXTURE_NEAREST: u32 = 16;
 /// Texture flag: RGB is sRGB-encoded.
 pub const TEXTURE_SRGB: u32 = 32;
+/// Texture flag: it lies on the second set of texture coordinates; with [`FEATURE_SECOND_UVS`].
+pub const TEXTURE_SECOND_UVS: u32 = 64;
+/// Texture flag: its texels have 16 bits a channel; with [`FEATURE_FINE_TEXELS`].
+pub const TEXTURE_FINE: u32 = 128;
 
 /// Kind of a light: an emissive triangle; density per area.
 pub const LIGHT_TRIANGLE: u32 = 0;
@@ -137,6 +143,10 @@ pub const FEATURE_BLEND: u32 = 1 << 15;
 pub const FEATURE_SUBSURFACE: u32 = 1 << 16;
 /// Scene feature: interiors that scatter light, and whose surface light passes straight; with [`FEATURE_SUBSURFACE`].
 pub const FEATURE_CLEAR_BORDER: u32 = 1 << 17;
+/// Scene feature: textures on a second set of texture coordinates; with [`FEATURE_TEXTURES`].
+pub const FEATURE_SECOND_UVS: u32 = 1 << 18;
+/// Scene feature: textures of 16 bits a channel; with [`FEATURE_TEXTURES`].
+pub const FEATURE_FINE_TEXELS: u32 = 1 << 19;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
 /// The features of a scene without textures, an environment, media, and surfaces that are not everywhere.
@@ -194,8 +204,8 @@ pub struct SceneHeader {
     pub material_base: u32,
     /// First word of the lights' counterparts in the other frame, in the attribute arena; [`NONE`] where they are the same.
     pub counterpart_base: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// First word of the second sets of texture coordinates in the geometry arena; [`NONE`] without.
+    pub second_uv_base: u32,
 }
 
 impl SceneHeader {
@@ -215,6 +225,7 @@ impl SceneHeader {
             node_base: by(self.node_base, geometry),
             triangle_base: by(self.triangle_base, geometry),
             shading_base: by(self.shading_base, geometry),
+            second_uv_base: by(self.second_uv_base, geometry),
             material_base: by(self.material_base, attributes),
             light_base: by(self.light_base, attributes),
             alias_base: by(self.alias_base, attributes),

@@ -28,7 +28,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         let uses = self.attribute(at + 1).w;
         let mut alpha = 1.0;
         if self.has(FEATURE_TEXTURES) && uses != NONE && self.has_texture(uses, SLOT_BASE_COLOR) {
-            alpha = self.texture(uses, SLOT_BASE_COLOR, self.uv(triangle, b), true).x;
+            alpha = self.texture(uses, SLOT_BASE_COLOR, self.uvs(triangle, b), true).x;
         }
         self.share(self.material_flags(material), self.attribute(at + 5), alpha)
     }

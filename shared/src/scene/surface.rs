@@ -1,15 +1,16 @@
 //! Surfaces over the arenas: materials, textures, shading normals.
 
+use super::texture::Uvs;
 use super::view::TrianglePoint;
 use super::{Location, SceneView, Surface, SurfacePoint};
 use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};
 use crate::layout::{
-    FEATURE_ALPHA, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING,
-    FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, INTERIOR_SLOTS,
-    MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE, SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
-    SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, SLOT_SCATTERING_STRENGTH, SLOT_SPECULAR, SLOT_SPECULAR_COLOR, TEXTURE_SLOTS,
-    TRIANGLE_ALPHA,
+    FEATURE_ALPHA, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SECOND_UVS,
+    FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    INTERIOR_SLOTS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE, SECOND_UV_WORDS, SHADING_WORDS,
+    SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, SLOT_SCATTERING_STRENGTH, SLOT_SPECULAR,
+    SLOT_SPECULAR_COLOR, TEXTURE_SLOTS, TRIANGLE_ALPHA,
 };
 use crate::medium::{Interior, absorbed_of_color, albedo_of_color};
 use crate::num;
@@ -33,14 +34,14 @@ struct Shading {
     normal: Vec3,
     tangent: Vec3,
     bitangent_sign: f32,
-    uv: Vec2,
+    uvs: Uvs,
 }
 
 impl Shading {
     /// The shading of a flat triangle.
     #[inline(always)]
     fn of(normal: Vec3) -> Self {
-        Self { normal, tangent: Vec3::ZERO, bitangent_sign: 1.0, uv: Vec2::ZERO }
+        Self { normal, tangent: Vec3::ZERO, bitangent_sign: 1.0, uvs: Uvs::ZERO }
     }
 }
 
@@ -72,6 +73,17 @@ fn mix([p, q, r]: [u32; 3], weights: Vec3) -> Vec3 {
     decode_unit_vector(p) * weights.x + decode_unit_vector(q) * weights.y + decode_unit_vector(r) * weights.z
 }
 
+/// The texture coordinates between those of a triangle's corners.
+#[inline(always)]
+fn mix_uvs(corners: [Vec2; 3], b: Vec2) -> Vec2 {
+    corners[0] * (1.0 - b.x - b.y) + corners[1] * b.x + corners[2] * b.y
+}
+
+#[inline(always)]
+fn unpacked_uv(u: u32, v: u32) -> Vec2 {
+    Vec2::new(f32::from_bits(u), f32::from_bits(v))
+}
+
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// Normal, tangent and texture coordinates at a point of a triangle.
     #[inline(always)]
@@ -85,18 +97,22 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         let normal = if dot(normal, geometric) < 0.0 { -normal } else { normal };
         let tangent = if self.has(FEATURE_TEXTURES) { mix([w0.w, w1.x, w1.y], weights) } else { Vec3::ZERO };
         let bitangent_sign = if w0.w & 1 == 0 { 1.0 } else { -1.0 };
-        Shading { normal, tangent, bitangent_sign, uv: self.uv(triangle, b) }
+        Shading { normal, tangent, bitangent_sign, uvs: self.uvs(triangle, b) }
     }
 
     /// Texture coordinates.
     #[inline(always)]
-    pub(super) fn uv(&self, triangle: u32, b: Vec2) -> Vec2 {
+    pub(super) fn uvs(&self, triangle: u32, b: Vec2) -> Uvs {
         let at = (self.header.shading_base + triangle * SHADING_WORDS) as usize;
         let (w1, w2) = (self.geometry_word(at + 1), self.geometry_word(at + 2));
-        let f = f32::from_bits;
-        Vec2::new(f(w1.z), f(w1.w)) * (1.0 - b.x - b.y)
-            + Vec2::new(f(w2.x), f(w2.y)) * b.x
-            + Vec2::new(f(w2.z), f(w2.w)) * b.y
+        let first = mix_uvs([unpacked_uv(w1.z, w1.w), unpacked_uv(w2.x, w2.y), unpacked_uv(w2.z, w2.w)], b);
+        let mut second = Vec2::ZERO;
+        if self.has(FEATURE_SECOND_UVS) && self.header.second_uv_base != NONE {
+            let at = (self.header.second_uv_base + triangle * SECOND_UV_WORDS) as usize;
+            let (w0, w1) = (self.geometry_word(at), self.geometry_word(at + 1));
+            second = mix_uvs([unpacked_uv(w0.x, w0.y), unpacked_uv(w0.z, w0.w), unpacked_uv(w1.x, w1.y)], b);
+        }
+        Uvs { first, second }
     }
 
     /// How many slots a material of this scene's features may use.
@@ -107,13 +123,13 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 
     /// The textures of the slots below `end`.
     #[inline(always)]
-    fn textures(&self, uses: u32, uv: Vec2, end: u32) -> Textures {
+    fn textures(&self, uses: u32, uvs: Uvs, end: u32) -> Textures {
         let mut textures = Textures::NONE;
         let mut slot = 0;
         while slot < end {
             if self.has_texture(uses, slot) {
                 let specular = self.has(FEATURE_SPECULAR);
-                let value = self.texture(uses, slot, uv, specular & (slot == SLOT_SPECULAR));
+                let value = self.texture(uses, slot, uvs, specular & (slot == SLOT_SPECULAR));
                 if slot == SLOT_BASE_COLOR {
                     textures.base_color = value;
                 } else if slot == SLOT_METALLIC_ROUGHNESS {
@@ -136,13 +152,13 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// What the textures of emission and, where a scene has any, of alpha give. They are looked up in one place, for a look-up
     /// takes much code.
     #[inline(always)]
-    fn emission_and_alpha(&self, uses: u32, uv: Vec2) -> (Vec3, f32) {
+    fn emission_and_alpha(&self, uses: u32, uvs: Uvs) -> (Vec3, f32) {
         let (mut emission, mut alpha) = (Vec3::ONE, 1.0);
         let mut slot = SLOT_EMISSION;
         loop {
             let of_alpha = self.has(FEATURE_ALPHA) & (slot == SLOT_BASE_COLOR);
             if self.has_texture(uses, slot) {
-                let value = self.texture(uses, slot, uv, of_alpha);
+                let value = self.texture(uses, slot, uvs, of_alpha);
                 if of_alpha {
                     alpha = value.x;
                 } else {
@@ -164,7 +180,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         let mut emission = xyz(e);
         let mut alpha = 1.0;
         if self.has(FEATURE_TEXTURES) && e.w != NONE {
-            let textures = self.emission_and_alpha(e.w, self.uv(triangle, b));
+            let textures = self.emission_and_alpha(e.w, self.uvs(triangle, b));
             emission *= textures.0;
             alpha = textures.1;
         }
@@ -176,12 +192,12 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 
     /// The product of what the textures of an interior give.
     #[inline(always)]
-    fn scattering_texture(&self, uses: u32, uv: Vec2) -> Vec3 {
+    fn scattering_texture(&self, uses: u32, uvs: Uvs) -> Vec3 {
         let mut product = Vec3::ONE;
         let mut slot = 0;
         while slot < INTERIOR_SLOTS {
             if self.has_texture(uses, slot) {
-                product *= self.texture(uses, slot, uv, slot == SLOT_SCATTERING_STRENGTH);
+                product *= self.texture(uses, slot, uvs, slot == SLOT_SCATTERING_STRENGTH);
             }
             slot += 1;
         }
@@ -249,11 +265,11 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             let shading = if SHADED {
                 self.shading(hit.id, hit.uv, p.normal)
             } else {
-                Shading { uv: self.uv(hit.id, hit.uv), ..Shading::of(p.normal) }
+                Shading { uvs: self.uvs(hit.id, hit.uv), ..Shading::of(p.normal) }
             };
             shading_normal = shading.normal;
             if textured {
-                textures = self.textures(word.w, shading.uv, if SHADED { self.slots() } else { SLOT_NORMAL });
+                textures = self.textures(word.w, shading.uvs, if SHADED { self.slots() } else { SLOT_NORMAL });
                 emission *= textures.emission;
                 if SHADED && self.has_texture(word.w, SLOT_NORMAL) {
                     let scale = f32::from_bits(self.attribute(at + 4).w);
@@ -331,7 +347,7 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
         let mut albedo = xyz(w0);
         // where it is textured the record has the colour
         if self.has(FEATURE_TEXTURES) && w1.y != NONE {
-            albedo = albedo_of_color(albedo * self.scattering_texture(w1.y, self.uv(hit.id, hit.uv)), anisotropy);
+            albedo = albedo_of_color(albedo * self.scattering_texture(w1.y, self.uvs(hit.id, hit.uv)), anisotropy);
         }
         Interior {
             filled: true,
@@ -355,7 +371,7 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
         let word = |index: u32| self.attribute(self.header.material_base + record + index);
         let (w0, uses) = (word(0), word(1).y);
         if self.has(FEATURE_TEXTURES) && uses != NONE {
-            let color = xyz(w0) * self.scattering_texture(uses, self.uv(hit.id, hit.uv));
+            let color = xyz(w0) * self.scattering_texture(uses, self.uvs(hit.id, hit.uv));
             return absorbed_of_color(color, f32::from_bits(w0.w));
         }
         xyz(word(2))

@@ -2,7 +2,8 @@
 
 use super::SceneView;
 use crate::layout::{
-    NONE, TEXTURE_MIRROR_U, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB, TEXTURE_USE_WORDS,
+    FEATURE_FINE_TEXELS, FEATURE_SECOND_UVS, NONE, TEXTURE_FINE, TEXTURE_MIRROR_U, TEXTURE_NEAREST, TEXTURE_REPEAT_U,
+    TEXTURE_REPEAT_V, TEXTURE_SECOND_UVS, TEXTURE_SRGB, TEXTURE_USE_WORDS,
 };
 use crate::num;
 use crate::pack::xyz;
@@ -11,9 +12,24 @@ use glam::{UVec4, Vec2, Vec3};
 /// Texture coordinates are limited to this magnitude: beyond it their fractions are too coarse to mean anything.
 const MAX_COORDINATE: f32 = 1_048_576.0;
 const INV_255: f32 = 1.0 / 255.0;
+const INV_65535: f32 = 1.0 / 65_535.0;
+/// One over the steps of 16 bits in a step of 8.
+const INV_257: f32 = 1.0 / 257.0;
 /// How far the flags of v are from those of u.
 const V_SHIFT: u32 = 2;
 const _: () = assert!(TEXTURE_REPEAT_U << V_SHIFT == TEXTURE_REPEAT_V);
+
+/// The texture coordinates of a point.
+#[derive(Clone, Copy)]
+pub(super) struct Uvs {
+    pub(super) first: Vec2,
+    /// Zero in a scene without [`FEATURE_SECOND_UVS`].
+    pub(super) second: Vec2,
+}
+
+impl Uvs {
+    pub(super) const ZERO: Self = Self { first: Vec2::ZERO, second: Vec2::ZERO };
+}
 
 /// A texture as a material uses it.
 struct TextureUse {
@@ -41,8 +57,10 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 
     /// RGB of a slot that has a texture, or with `alpha` three times that.
     #[inline(always)]
-    pub(super) fn texture(&self, uses: u32, slot: u32, uv: Vec2, alpha: bool) -> Vec3 {
+    pub(super) fn texture(&self, uses: u32, slot: u32, uvs: Uvs, alpha: bool) -> Vec3 {
         let texture = self.texture_use(self.header.material_base + uses + slot * TEXTURE_USE_WORDS);
+        let is_second = self.has(FEATURE_SECOND_UVS) & (texture.flags & TEXTURE_SECOND_UVS != 0);
+        let uv = if is_second { uvs.second } else { uvs.first };
         let [a, b] = texture.transform;
         let u = taps(a.x * uv.x + a.y * uv.y + a.z, texture.width, texture.flags);
         let v = taps(b.x * uv.x + b.y * uv.y + b.z, texture.height, texture.flags >> V_SHIFT);
@@ -69,6 +87,42 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 
     #[inline(always)]
     fn texel(&self, texture: &TextureUse, index: u32, alpha: bool) -> Vec3 {
+        if self.has(FEATURE_FINE_TEXELS) && texture.flags & TEXTURE_FINE != 0 {
+            self.fine_texel(texture, index, alpha)
+        } else {
+            self.coarse_texel(texture, index, alpha)
+        }
+    }
+
+    /// A texel of 16 bits a channel.
+    #[inline(always)]
+    fn fine_texel(&self, texture: &TextureUse, index: u32, alpha: bool) -> Vec3 {
+        let word = self.texel_word(texture.base + (index >> 1));
+        let (rg, ba) = if index & 1 == 0 { (word.x, word.y) } else { (word.z, word.w) };
+        let (r, g, b) = (rg & 0xffff, rg >> 16, ba & 0xffff);
+        if alpha {
+            Vec3::splat((ba >> 16) as f32 * INV_65535)
+        } else if texture.flags & TEXTURE_SRGB != 0 {
+            Vec3::new(self.fine_linear(r), self.fine_linear(g), self.fine_linear(b))
+        } else {
+            Vec3::new(r as f32, g as f32, b as f32) * INV_65535
+        }
+    }
+
+    /// The linear value of an sRGB code of 16 bits: between those of 8, which it is at most 6e-6 above.
+    #[inline(always)]
+    fn fine_linear(&self, code: u32) -> f32 {
+        // code / 257
+        let below = code.wrapping_sub(code >> 8) >> 8;
+        let share = code.wrapping_sub(below * 257) as f32 * INV_257;
+        let linear = |code: u32| f32::from_bits(self.texel_word(self.header.srgb_base + code).x);
+        let low = linear(below);
+        low + (linear((below + 1).min(255)) - low) * share
+    }
+
+    /// A texel of 8 bits a channel.
+    #[inline(always)]
+    fn coarse_texel(&self, texture: &TextureUse, index: u32, alpha: bool) -> Vec3 {
         let rgba = component(self.texel_word(texture.base + (index >> 2)), index & 3);
         let code = |shift: u32| rgba >> shift & 0xff;
         if alpha {

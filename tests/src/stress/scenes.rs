@@ -164,7 +164,7 @@ fn checks() -> Texture {
     Texture {
         name: "checks".to_owned(),
         size: [4, 4],
-        texels: (0..16).map(texel).collect::<Vec<_>>().into(),
+        texels: (0..16).map(texel).collect(),
         wrap: [Wrap::Repeat; 2],
         filter: Filter::Linear,
     }

@@ -11,7 +11,7 @@ use restir_host::technique::path::{PathSettings, Subsurface};
 use restir_tests::gltf_motion::imported as import;
 use restir_tests::suite::Trial;
 use restir_tests::{data, device, gltf_files};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -129,8 +129,29 @@ fn extensions_are_listed() -> Result<(), Failed> {
     Ok(())
 }
 
+/// Every extension that is read changes the scene: without its members, and where these lie in nothing else's place, another one is read.
+fn extensions_are_read() -> Result<(), Failed> {
+    let files = gltf_files::textured().into_iter().chain(gltf_files::scattering());
+    let mut changing = BTreeSet::new();
+    for (name, file) in files {
+        let scene = import(name, &file)?;
+        for extension in gltf::SUPPORTED_EXTENSIONS {
+            let without = import(name, &gltf_files::without(&file, extension))?;
+            if gltf_files::difference(&scene, &without).is_some() {
+                changing.insert(*extension);
+            }
+        }
+    }
+    // it has no members: that quantised positions are read is a test of the import
+    changing.insert("KHR_mesh_quantization");
+    let expected: BTreeSet<&str> = gltf::SUPPORTED_EXTENSIONS.iter().copied().collect();
+    assert_eq!(changing, expected);
+    Ok(())
+}
+
 pub(crate) fn trials() -> Vec<Trial> {
     let mut trials = vec![
+        Trial::test("extensions are read", extensions_are_read),
         Trial::test("extensions are listed", extensions_are_listed),
         Trial::test("external files", external),
         Trial::test("the comparison is alive", comparison_is_alive),

@@ -6,6 +6,7 @@ mod foreign;
 mod frames;
 mod gltf;
 mod posed;
+mod reported;
 mod session;
 
-restir_tests::suites! { dim far foreign frames gltf posed session }
+restir_tests::suites! { dim far foreign frames gltf posed reported session }

@@ -7,7 +7,8 @@ use restir_host::exec::{CpuExecutor, Executor, Flavour};
 use restir_host::plan::Pass;
 use restir_host::render::Render;
 use restir_host::scene::{
-    AlphaMode, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap, builtin,
+    AlphaMode, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texels, Texture, TextureUse, UvSet,
+    Volume, Wrap, builtin,
 };
 use restir_host::settings::Choice as _;
 use restir_host::technique::path::{PathSettings, Subsurface};
@@ -15,10 +16,10 @@ use restir_host::technique::{configure, named};
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_PART, ENVIRONMENT_WORDS, FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR,
     FEATURE_CLEAR_BORDER, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT,
-    FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR,
-    FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE,
-    INTERIOR_WORDS, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE, PUNCTUAL_WORDS, SHADING_WORDS, TEXTURE_SLOTS,
-    TEXTURE_USE_WORDS, TRIANGLE_WORDS,
+    FEATURE_FINE_TEXELS, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL,
+    FEATURE_SECOND_UVS, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION,
+    FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE, INTERIOR_WORDS, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE,
+    PUNCTUAL_WORDS, SECOND_UV_WORDS, SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
 };
 use restir_tests::checks;
 use restir_tests::device::{self, Adapter};
@@ -90,7 +91,7 @@ const fn variant(name: &'static str, features: u32, edit: fn(&mut Scene)) -> Var
     Variant { name, features, edit }
 }
 
-const VARIANTS: [Variant; 16] = [
+const VARIANTS: [Variant; 18] = [
     variant("diffuse", FEATURE_EMISSIVE, |_| {}),
     variant("two powers", FEATURES_DIFFUSE, |scene| scene.materials[1].emission = [0.1, 0.2, 0.3]),
     variant("glossy", FEATURE_EMISSIVE | FEATURE_GLOSSY | FEATURE_MULTISCATTER, |scene| {
@@ -129,6 +130,17 @@ const VARIANTS: [Variant; 16] = [
         mesh.normals = vec![[0.28, 0.96, 0.0]; mesh.positions.len()];
     }),
     variant("textures", FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES, textured),
+    variant("second texture coordinates", SECOND_UVS, |scene| {
+        textured(scene);
+        white(scene, |m| m.base_color_texture.iter_mut().for_each(|used| used.uv_set = UvSet::Second));
+        for mesh in scene.meshes.iter_mut().map(Arc::make_mut) {
+            mesh.second_uvs = mesh.positions.iter().map(|p| [1.3 * p[1], p[0] - p[2]]).collect();
+        }
+    }),
+    variant("texels of sixteen bits", FINE_TEXELS, |scene| {
+        textured(scene);
+        scene.textures[0].texels = Texels::new(vec![[65_001, 51_234, 23_456, 65_535], [7_777, 15_432, 23_123, 50_000]]);
+    }),
     variant("mask", ALPHA_TEXTURED, |scene| partial(scene, AlphaMode::Mask { cutoff: 0.5 })),
     variant("blended", ALPHA_TEXTURED | FEATURE_BLEND, |scene| partial(scene, AlphaMode::Blend)),
     variant("environment", FEATURES_DIFFUSE | FEATURE_ENVIRONMENT, |scene| {
@@ -145,6 +157,8 @@ const VARIANTS: [Variant; 16] = [
 const COAT_TEXTURED: u32 =
     FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES | FEATURE_GLOSSY | FEATURE_MULTISCATTER | FEATURE_SPECULAR;
 const SCATTERING: u32 = FEATURE_EMISSIVE | FEATURE_DIFFUSE_TRANSMISSION | FEATURE_VOLUME | FEATURE_SUBSURFACE;
+const SECOND_UVS: u32 = FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES | FEATURE_SECOND_UVS;
+const FINE_TEXELS: u32 = FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES | FEATURE_FINE_TEXELS;
 const ALPHA_TEXTURED: u32 = FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES | FEATURE_ALPHA;
 
 /// As [`textured`], with an alpha.
@@ -191,8 +205,12 @@ fn general() -> Result<(), Failed> {
 
 /// A module has the markers of its features and no other, where one feature stands alone.
 fn follow() -> Result<(), Failed> {
-    // a coat has its factors where there is a lobe that they scale
-    let beside = |feature: u32| if feature == FEATURE_SPECULAR { FEATURE_GLOSSY } else { 0 };
+    // a coat has its factors where there is a lobe that they scale, and texels belong to textures
+    let beside = |feature: u32| match feature {
+        FEATURE_SPECULAR => FEATURE_GLOSSY,
+        FEATURE_SECOND_UVS | FEATURE_FINE_TEXELS => FEATURE_TEXTURES,
+        _ => 0,
+    };
     let alone = PARTS.iter().map(|part| FEATURES_DIFFUSE | part.feature | beside(part.feature));
     for features in alone {
         let marked = marked(features)?;
@@ -300,7 +318,8 @@ fn absent_parts_are_not_allocated() -> Result<(), Failed> {
         let triangles = header.triangle_count;
         let geometry = stats.nodes as u32 * NODE_WORDS
             + triangles * TRIANGLE_WORDS
-            + only_with(FEATURE_SHADING, triangles * SHADING_WORDS);
+            + only_with(FEATURE_SHADING, triangles * SHADING_WORDS)
+            + only_with(FEATURE_SECOND_UVS, triangles * SECOND_UV_WORDS);
         let attributes = source.materials.len() as u32 * MATERIAL_WORDS
             + header.light_count * LIGHT_WORDS
             + only_with(FEATURE_TEXTURES, TEXTURE_SLOTS * TEXTURE_USE_WORDS)
@@ -317,6 +336,7 @@ fn absent_parts_are_not_allocated() -> Result<(), Failed> {
         ensure(found == expected, || format!("{}: {found:?} words instead of {expected:?}", variant.name))?;
         for (base, feature) in [
             (header.shading_base, FEATURE_SHADING),
+            (header.second_uv_base, FEATURE_SECOND_UVS),
             (header.environment_base, FEATURE_ENVIRONMENT),
             (header.alias_base, FEATURE_LIGHT_TABLE),
         ] {

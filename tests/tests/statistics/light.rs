@@ -5,7 +5,8 @@ use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{
-    Camera, Environment, Filter, Instance, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap,
+    Camera, Environment, Filter, Instance, Light, LightKind, Material, Mesh, Scene, Texels, Texture, TextureUse, UvSet,
+    Volume, Wrap,
 };
 use restir_shared::bsdf::Material as Scattering;
 use restir_shared::camera::primary_ray;
@@ -279,13 +280,20 @@ fn environment_leaves_samples_to_lamps() {
 }
 
 fn texture(size: [u32; 2], texels: Vec<[u8; 4]>) -> Texture {
-    Texture { name: "texture".to_owned(), size, texels: texels.into(), wrap: [Wrap::Clamp; 2], filter: Filter::Linear }
+    let texels = texels.into_iter().collect();
+    Texture { name: "texture".to_owned(), size, texels, wrap: [Wrap::Clamp; 2], filter: Filter::Linear }
 }
 
 fn random_texture(size: [u32; 2], stream: u64) -> Texture {
     let mut random = SplitMix::new(stream);
     let texels = (0..size[0] * size[1]).map(|_| [0; 4].map(|_: u8| (random.unit() * 256.0) as u8)).collect();
     texture(size, texels)
+}
+
+fn random_fine_texture(size: [u32; 2], stream: u64) -> Texture {
+    let mut random = SplitMix::new(stream);
+    let texels = (0..size[0] * size[1]).map(|_| [0; 4].map(|_: u16| (random.unit() * 65_536.0) as u16)).collect();
+    Texture { texels: Texels::new(texels), ..texture(size, Vec::new()) }
 }
 
 /// Where a use of a texture of some size looks up texture coordinates, in texels.
@@ -313,7 +321,7 @@ fn looked_up(t: &Texture, used: &TextureUse, uv: DVec2, channel: usize, decode: 
     };
     let texel = |i: f64, j: f64| {
         let (x, y) = (wrapped(0, i) as u32, wrapped(1, j) as u32);
-        decode(f64::from(t.texels[(y * t.size[0] + x) as usize][channel]) / 255.0)
+        decode(f64::from(t.texels.at((y * t.size[0] + x) as usize)[channel]) / 65_535.0)
     };
     let at = place(t.size, used, uv);
     match t.filter {
@@ -322,26 +330,41 @@ fn looked_up(t: &Texture, used: &TextureUse, uv: DVec2, channel: usize, decode: 
     }
 }
 
-/// The point of [`floor_mesh`]'s triangle `primitive` with barycentric coordinates `b`: texture coordinates.
-fn uv_of(primitive: usize, b: Vec2) -> DVec2 {
-    let uvs = floor_mesh(1.0).uvs;
+/// A floor with texture coordinates and second ones that are others.
+fn two_sets() -> Mesh {
+    let mesh = floor_mesh(1.0);
+    let second_uvs = mesh.uvs.iter().map(|&[u, v]| [0.7 * v + 0.1, 1.1 * u - 0.3 * v]).collect();
+    Mesh { second_uvs, ..mesh }
+}
+
+/// The texture coordinates of that floor's triangle `primitive` at barycentric coordinates `b`.
+fn uv_of(uvs: &[[f32; 2]], primitive: usize, b: Vec2) -> DVec2 {
     let corner = |i: usize| Vec2::from_array(uvs[[[0, 1, 2], [0, 2, 3]][primitive][i]]).as_dvec2();
     let b = b.as_dvec2();
     corner(0) * (1.0 - b.x - b.y) + corner(1) * b.x + corner(2) * b.y
 }
 
+/// Of eight and of sixteen bits, on the first and on the second set of texture coordinates.
 fn textures_are_interpolated() {
+    interpolated(random_texture, 0.0);
+    // between the codes of eight bits the table's chord lies above the curve
+    interpolated(random_fine_texture, 6.0e-6);
+}
+
+fn interpolated(random: fn([u32; 2], u64) -> Texture, srgb_error: f64) {
     let transforms = [[1.0, 0.0, 0.0, 0.0, 1.0, 0.0], [3.0, 0.5, -1.25, -0.75, -2.0, 1.5]];
+    let mesh = two_sets();
     for wrap in [[Wrap::Clamp; 2], [Wrap::Repeat, Wrap::Mirror], [Wrap::Mirror, Wrap::Repeat]] {
         for (filter, transform) in
             [Filter::Linear, Filter::Nearest].into_iter().flat_map(|f| transforms.map(|t| (f, t)))
         {
-            let image = Texture { wrap, filter, ..random_texture([13, 6], 3) };
-            let used = TextureUse { texture: 0, transform };
+            let image = Texture { wrap, filter, ..random([13, 6], 3) };
+            let used = TextureUse { transform, ..TextureUse::new(0) };
+            let second = TextureUse { uv_set: UvSet::Second, ..used };
             let material = Material {
                 base_color_texture: Some(used),
-                emission_texture: Some(used),
-                metallic_roughness_texture: Some(used),
+                emission_texture: Some(second),
+                metallic_roughness_texture: Some(second),
                 specular_texture: Some(used),
                 specular_color_texture: Some(used),
                 specular: 0.5,
@@ -350,7 +373,7 @@ fn textures_are_interpolated() {
                 ..Material::emitter("m", [1.0; 3], [2.0; 3])
             };
             let textures = vec![image.clone()];
-            let buffers = built(&Scene { textures, ..scene_of(vec![floor_mesh(1.0)], vec![material]) });
+            let buffers = built(&Scene { textures, ..scene_of(vec![two_sets()], vec![material]) });
             // the BVH may have exchanged the triangles: their third corners tell
             let exchanged = surface(&buffers, 0, Vec2::new(0.0, 1.0)).position.z < 0.0;
             let mut random = SplitMix::new(9);
@@ -359,21 +382,27 @@ fn textures_are_interpolated() {
                 let b = if b.x + b.y > 1.0 { Vec2::ONE - b } else { b };
                 let id = u32::from(random.unit() < 0.5);
                 let point = surface(&buffers, id, b);
-                let uv = uv_of((id as usize) ^ usize::from(exchanged), b);
+                let primitive = (id as usize) ^ usize::from(exchanged);
+                let [uv, second_uv] = [&mesh.uvs, &mesh.second_uvs].map(|uvs| uv_of(uvs, primitive, b));
                 // coordinates of up to 4 and their products carry 1e-6; texels of a width of 13 differ by up to 1
                 let tolerance = if filter == Filter::Linear { 13.0 * 4.0e-6 } else { 1.0e-6 };
-                let at = place(image.size, &used, uv);
-                if filter == Filter::Nearest && (at - at.round()).abs().min_element() < 13.0 * 4.0e-6 {
+                let between = |uv| {
+                    let at = place(image.size, &used, uv);
+                    (at - at.round()).abs().min_element() < 13.0 * 4.0e-6
+                };
+                if filter == Filter::Nearest && (between(uv) || between(second_uv)) {
                     continue;
                 }
-                let color = looked_up(&image, &used, uv, GREEN, srgb_decode);
-                let [linear, alpha] = [GREEN, ALPHA].map(|channel| looked_up(&image, &used, uv, channel, |x| x));
-                assert_close("base colour", f64::from(point.material.base_color.y), color, tolerance);
-                assert_close("emission", f64::from(point.emission.y), 2.0 * color, 2.0 * tolerance);
+                let [color, other] = [uv, second_uv].map(|uv| looked_up(&image, &used, uv, GREEN, srgb_decode));
+                let linear = looked_up(&image, &used, second_uv, GREEN, |x| x);
+                let alpha = looked_up(&image, &used, uv, ALPHA, |x| x);
+                let of_color = tolerance + srgb_error;
+                assert_close("base colour", f64::from(point.material.base_color.y), color, of_color);
+                assert_close("emission", f64::from(point.emission.y), 2.0 * other, 2.0 * of_color);
                 let Scattering { roughness, specular, specular_color, .. } = point.material;
                 assert_close("roughness", f64::from(roughness), linear, tolerance);
                 assert_close("specular factor", f64::from(specular), 0.5 * alpha, tolerance);
-                assert_close("specular colour", f64::from(specular_color.y), 3.0 * color, 3.0 * tolerance);
+                assert_close("specular colour", f64::from(specular_color.y), 3.0 * color, 3.0 * of_color);
             }
         }
     }

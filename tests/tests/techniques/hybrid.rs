@@ -215,7 +215,7 @@ fn two_colored(colors: [[f32; 3]; 2], shown: impl Fn(f32) -> f32, height: f64) -
     });
     let code = |linear: f32| (255.0 * f64::from(linear).powf(1.0 / 2.2)).round() as u8;
     let texel = |[r, g, b]: [f32; 3]| [code(r), code(g), code(b), 255];
-    let texels = colors.map(texel).to_vec().into();
+    let texels = colors.map(texel).into();
     let (wrap, filter) = ([Wrap::Clamp; 2], Filter::Nearest);
     scene.textures.push(Texture { name: "halves".to_owned(), size: [2, 1], texels, wrap, filter });
     let mut material = waxy([1.0; 3], [0.1; 3]);

@@ -672,7 +672,7 @@ fn the_texture_where_light_enters_decides() -> Result<(), Failed> {
             scene.textures.push(Texture {
                 name: "halves".to_owned(),
                 size: [2, 1],
-                texels: codes.to_vec().into(),
+                texels: codes.into(),
                 wrap,
                 filter,
             });

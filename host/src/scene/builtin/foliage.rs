@@ -2,13 +2,12 @@
 //! blended.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::parts::{ground, sky, stage};
 use super::random::Random;
-use crate::scene::{AlphaMode, Filter, Material, Mesh, Scene, Texture, TextureUse, Wrap};
+use crate::scene::{AlphaMode, Filter, Material, Mesh, Scene, Texels, Texture, TextureUse, Wrap};
 
 // Lengths are in metres.
 
@@ -38,7 +37,7 @@ pub(super) fn scene() -> Scene {
 
 /// Adds a square texture from its texels, row by row.
 fn add_texture(scene: &mut Scene, name: &str, side: u32, filter: Filter, texel: impl Fn(u32, u32) -> [u8; 4]) -> usize {
-    let texels: Arc<[[u8; 4]]> = (0..side * side).map(|i| texel(i % side, i / side)).collect();
+    let texels: Texels = (0..side * side).map(|i| texel(i % side, i / side)).collect();
     scene.textures.push(Texture { name: name.to_owned(), size: [side; 2], texels, wrap: [Wrap::Repeat; 2], filter });
     scene.textures.len() - 1
 }

@@ -1,10 +1,8 @@
 //! Cameras, materials, textures and skies that several scenes use.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 
-use crate::scene::{Camera, Environment, Filter, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap};
+use crate::scene::{Camera, Environment, Filter, Material, Mesh, Scene, Texture, TextureUse, UvSet, Volume, Wrap};
 
 /// Index of refraction of glass, and of what is called plastic.
 pub(super) const IOR: f32 = 1.5;
@@ -51,12 +49,13 @@ pub(super) fn checkered_floor(scene: &mut Scene, greys: [u8; 2], squares: [f32; 
     scene.textures.push(Texture {
         name: "checker".to_owned(),
         size: [2, 2],
-        texels: Arc::new([a, b, b, a]),
+        texels: [a, b, b, a].into(),
         wrap: [Wrap::Repeat; 2],
         filter: Filter::Nearest,
     });
     let [u, v] = squares.map(|count| 0.5 * count);
-    let squares = TextureUse { texture: scene.textures.len() - 1, transform: [u, 0.0, 0.0, 0.0, v, 0.0] };
+    let squares =
+        TextureUse { texture: scene.textures.len() - 1, transform: [u, 0.0, 0.0, 0.0, v, 0.0], uv_set: UvSet::First };
     scene.add_material(Material { base_color_texture: Some(squares), ..Material::diffuse("floor", [1.0; 3]) })
 }
 

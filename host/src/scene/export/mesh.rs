@@ -53,6 +53,7 @@ impl Document {
         self.add_attribute(&mut attributes, "POSITION", &mesh.positions);
         self.add_attribute(&mut attributes, "NORMAL", &mesh.normals);
         self.add_attribute(&mut attributes, "TEXCOORD_0", &mesh.uvs);
+        self.add_attribute(&mut attributes, "TEXCOORD_1", &mesh.second_uvs);
         self.add_attribute(&mut attributes, "TANGENT", &mesh.tangents);
         let skinning = deformation.and_then(|deformation| deformation.skinning.as_ref());
         for (number, set) in skinning.iter().flat_map(|skinning| &skinning.sets).enumerate() {
@@ -89,7 +90,7 @@ fn check(mesh: &Mesh, materials: usize) -> Result<(), Problem> {
     }
     let finite = mesh.positions.as_flattened().iter().all(|x| x.is_finite());
     ensure!(finite, "the position of a vertex is not finite");
-    let counts = [mesh.normals.len(), mesh.uvs.len(), mesh.tangents.len()];
+    let counts = [mesh.normals.len(), mesh.uvs.len(), mesh.second_uvs.len(), mesh.tangents.len()];
     let other = counts.into_iter().find(|&count| count != 0 && count != vertices);
     other.map_or(Ok(()), |count| Err(format!("it has {vertices} vertices, and an attribute for {count}")))
 }

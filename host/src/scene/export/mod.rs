@@ -90,7 +90,7 @@ pub fn glb(scene: &Scene) -> Result<Vec<u8>, Error> {
 fn bytes(scene: &Scene) -> u64 {
     let meshes = scene.meshes.iter().map(|mesh| {
         12 * (mesh.positions.len() + mesh.normals.len() + mesh.indices.len())
-            + 8 * mesh.uvs.len()
+            + 8 * (mesh.uvs.len() + mesh.second_uvs.len())
             + 16 * mesh.tangents.len()
     });
     let deformations = scene.animation.rig.deformations.iter().map(|deformation| {
@@ -98,8 +98,8 @@ fn bytes(scene: &Scene) -> u64 {
         let joints = deformation.skinning.iter().flat_map(|skinning| &skinning.sets).map(|set| set.joints.len());
         12 * deformation.targets.iter().map(deltas).sum::<usize>() + 24 * joints.sum::<usize>()
     });
-    let textures = scene.textures.iter().map(|texture| 4 * texture.texels.len());
-    meshes.chain(deformations).chain(textures).map(|bytes| bytes as u64).sum()
+    let textures = scene.textures.iter().map(|texture| texture.texels.bytes());
+    meshes.chain(deformations).map(|bytes| bytes as u64).chain(textures).sum()
 }
 
 /// A file in the making.

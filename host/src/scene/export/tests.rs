@@ -6,7 +6,7 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, Filter, Instance, Light, LightKind, Material, Mesh, Texture, TextureUse, Volume,
+    AlphaMode, Camera, Filter, Instance, Light, LightKind, Material, Mesh, Texels, Texture, TextureUse, UvSet, Volume,
     VolumeScattering, Wrap, gltf,
 };
 
@@ -25,22 +25,19 @@ fn text(scene: &Scene) -> String {
 }
 
 fn texture(name: &str, alpha: u8) -> Texture {
-    let texels: Vec<[u8; 4]> = (0..15).map(|i| [i, 255 - i, 16 * i, alpha.saturating_sub(i)]).collect();
-    Texture {
-        name: name.to_owned(),
-        size: [5, 3],
-        texels: texels.into(),
-        wrap: [Wrap::Mirror, Wrap::Clamp],
-        filter: Filter::Nearest,
-    }
+    let texels = (0..15).map(|i| [i, 255 - i, 16 * i, alpha.saturating_sub(i)]).collect();
+    Texture { name: name.to_owned(), size: [5, 3], texels, wrap: [Wrap::Mirror, Wrap::Clamp], filter: Filter::Nearest }
 }
 
 /// A scene with everything, and with numbers that single precision does not hold.
 fn everything() -> Scene {
     let painted = texture("painted", 255);
+    // of sixteen bits
+    let shades = texture("", 250).texels.iter().map(|[r, g, b, a]| [r ^ 1, g, b, a]).collect();
+    let translucent = Texture { texels: Texels::new(shades), ..texture("translucent", 255) };
     let repeated = Texture { name: "repeated".to_owned(), wrap: [Wrap::Repeat; 2], ..painted.clone() };
-    let sheared = TextureUse { texture: 2, transform: [1.0, 0.1, 0.3, 0.7, 2.0, 0.1] };
-    let turned = TextureUse { texture: 1, transform: [0.6, 0.8, 0.1, -0.8, 0.6, 0.2] };
+    let sheared = TextureUse { texture: 2, transform: [1.0, 0.1, 0.3, 0.7, 2.0, 0.1], uv_set: UvSet::Second };
+    let turned = TextureUse { texture: 1, transform: [0.6, 0.8, 0.1, -0.8, 0.6, 0.2], uv_set: UvSet::First };
     let glazed = Material {
         alpha: 0.4,
         alpha_mode: AlphaMode::Mask { cutoff: 0.3 },
@@ -98,6 +95,7 @@ fn everything() -> Scene {
         positions: corners.to_vec(),
         normals: vec![unit(DVec3::new(0.1, 0.2, 0.9)), unit(DVec3::ONE), [0.0, 0.0, 1.0]],
         uvs: vec![[0.1, 0.2], [-3.3, 7.7], [1.0, 0.0]],
+        second_uvs: vec![[0.5, 0.1], [2.0, -1.0], [0.3, 0.9]],
         tangents: [1.0, -1.0, 1.0].map(|sign| [1.0, 0.0, 0.0, sign]).to_vec(),
         indices: vec![[0, 1, 2], [2, 1, 0]],
         material: 0,
@@ -126,7 +124,7 @@ fn everything() -> Scene {
             Instance::new(4, DAffine3::IDENTITY),
         ],
         materials: vec![glazed, glass, water, milk, cloud],
-        textures: vec![painted, repeated, texture("translucent", 250)],
+        textures: vec![painted, repeated, translucent],
         lights: vec![
             light("point", LightKind::Point { position }),
             light("spot", LightKind::Spot { position, direction, inner: 0.1, outer: 0.7 }),
@@ -173,7 +171,7 @@ fn textures_of_the_same_texels_share_an_image() {
     let text = String::from_utf8_lossy(&file);
     assert_eq!(text.matches("image/png").count(), 2);
     let scene = back(&everything());
-    assert!(std::sync::Arc::ptr_eq(&scene.textures[0].texels, &scene.textures[1].texels));
+    assert!(scene.textures[0].texels.is_shared(&scene.textures[1].texels));
 }
 
 /// Replaces text of the JSON by text of the same length.

@@ -22,17 +22,21 @@ impl Importer<'_> {
         needs: Needs,
     ) -> Result<(), Problem> {
         mesh.normals = self.normals(mesh, primitive)?;
-        let Some(set) = needs.uv_set else {
-            return Ok(());
-        };
-        mesh.uvs = self.attribute::<2>(mesh, primitive, Semantic::TexCoords(set), "texture coordinates")?;
-        if mesh.uvs.is_empty() {
-            self.warn(format!("it has no texture coordinates {set} for the textures of its material"));
-        } else if needs.tangents && !mesh.normals.is_empty() {
+        let [first, second] = needs.uv_sets.map(|set| self.uvs(mesh, primitive, set));
+        (mesh.uvs, mesh.second_uvs) = (first?, second?);
+        if needs.tangents && !(mesh.uvs.is_empty() || mesh.normals.is_empty()) {
             // without normals a mesh is flat, and tangents that it has are of other ones (glTF 2.0, 3.7.2.1)
             mesh.tangents = self.tangents(mesh, primitive)?;
         }
         Ok(())
+    }
+
+    fn uvs(&mut self, mesh: &Mesh, primitive: &Primitive, set: Option<u32>) -> Result<Vec<[f32; 2]>, Problem> {
+        let Some(set) = set else { return Ok(Vec::new()) };
+        let uvs = self.attribute::<2>(mesh, primitive, Semantic::TexCoords(set), "texture coordinates")?;
+        let warning = format!("it has no texture coordinates {set} for the textures of its material");
+        self.warn_if(uvs.is_empty(), warning);
+        Ok(uvs)
     }
 
     fn normals(&mut self, mesh: &Mesh, primitive: &Primitive) -> Result<Vec<[f32; 3]>, Problem> {

@@ -1,11 +1,10 @@
-//! Images of textures: PNG and JPEG, as RGBA of eight bits a channel.
+//! Images of textures: PNG and JPEG, as RGBA of eight bits a channel, or of sixteen where a file has more.
 //!
 //! Colours are taken as they are stored: as glTF demands, gamma and colour profiles are ignored, and the first frame
-//! counts. Sixteen bits are rounded to eight. The JPEG decoder runs without vector instructions, so that every machine
+//! counts. The JPEG decoder runs without vector instructions, so that every machine
 //! gets the same texels.
 
 use std::io::Cursor;
-use std::sync::Arc;
 
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
@@ -15,6 +14,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use super::Problem;
 use crate::error::ensure;
 use crate::error::gib;
+use crate::scene::Texels;
 
 /// The most texels along a side of a texture.
 const MAX_SIDE: u32 = 16_384;
@@ -29,7 +29,7 @@ const JPEG_SIGNATURE: &[u8] = b"\xff\xd8\xff";
 #[derive(Clone)]
 pub(super) struct Decoded {
     pub(super) size: [u32; 2],
-    pub(super) texels: Arc<[[u8; 4]]>,
+    pub(super) texels: Texels,
 }
 
 /// Decodes a PNG or JPEG file, which takes at most `room` bytes of memory.
@@ -70,17 +70,25 @@ fn png(file: &[u8], room: u64) -> Result<Decoded, Problem> {
     let (color, depth) = reader.output_color_type();
     let mut bytes = vec![0; reader.output_buffer_size().ok_or("its PNG is too large")?];
     reader.next_frame(&mut bytes).map_err(broken)?;
-    if depth == png::BitDepth::Sixteen {
-        bytes = bytes.as_chunks::<2>().0.iter().map(|&channel| eight_bits(u16::from_be_bytes(channel))).collect();
-    }
-    let texels = match color {
-        png::ColorType::Grayscale => texels(&bytes, |&[grey]| [grey, grey, grey, u8::MAX]),
-        png::ColorType::GrayscaleAlpha => texels(&bytes, |&[grey, alpha]| [grey, grey, grey, alpha]),
-        png::ColorType::Rgb => texels(&bytes, |&[r, g, b]| [r, g, b, u8::MAX]),
-        png::ColorType::Rgba => texels(&bytes, |&texel: &[u8; 4]| texel),
-        png::ColorType::Indexed => return Err("its PNG has a palette that cannot be read".to_owned()),
+    let texels = if depth == png::BitDepth::Sixteen {
+        let channels: Vec<u16> = bytes.as_chunks().0.iter().map(|&channel| u16::from_be_bytes(channel)).collect();
+        drop(bytes);
+        Texels::new(rgba(&channels, color, u16::MAX)?)
+    } else {
+        Texels::Eight(rgba(&bytes, color, u8::MAX)?.into())
     };
     Ok(Decoded { size: [width, height], texels })
+}
+
+/// The texels of channels in the order of a PNG.
+fn rgba<T: Copy>(channels: &[T], color: png::ColorType, opaque: T) -> Result<Vec<[T; 4]>, Problem> {
+    Ok(match color {
+        png::ColorType::Grayscale => texels(channels, |&[grey]| [grey, grey, grey, opaque]),
+        png::ColorType::GrayscaleAlpha => texels(channels, |&[grey, alpha]| [grey, grey, grey, alpha]),
+        png::ColorType::Rgb => texels(channels, |&[r, g, b]| [r, g, b, opaque]),
+        png::ColorType::Rgba => texels(channels, |&texel: &[T; 4]| texel),
+        png::ColorType::Indexed => return Err("its PNG has a palette that cannot be read".to_owned()),
+    })
 }
 
 fn jpeg(file: &[u8], room: u64) -> Result<Decoded, Problem> {
@@ -101,16 +109,11 @@ fn jpeg(file: &[u8], room: u64) -> Result<Decoded, Problem> {
     let texels = texels(&bytes, |&[r, g, b]| [r, g, b, u8::MAX]);
     let complete = texels.len() as u64 == u64::from(size[0]) * u64::from(size[1]);
     ensure!(complete, "its JPEG has channels that are no colours; export it as RGB");
-    Ok(Decoded { size, texels })
+    Ok(Decoded { size, texels: Texels::Eight(texels.into()) })
 }
 
-fn texels<const N: usize>(bytes: &[u8], texel: impl Fn(&[u8; N]) -> [u8; 4]) -> Arc<[[u8; 4]]> {
-    bytes.as_chunks::<N>().0.iter().map(texel).collect()
-}
-
-/// The nearest of 256 shades.
-fn eight_bits(channel: u16) -> u8 {
-    ((u32::from(channel) * 255 + 32_767) / 65_535) as u8
+fn texels<T, const N: usize>(channels: &[T], texel: impl Fn(&[T; N]) -> [T; 4]) -> Vec<[T; 4]> {
+    channels.as_chunks::<N>().0.iter().map(texel).collect()
 }
 
 fn one_line(message: &str) -> String {

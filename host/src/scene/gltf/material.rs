@@ -1,5 +1,7 @@
 //! Materials: glTF's metallic-roughness model and its extensions.
 
+use std::collections::BTreeSet;
+
 use gltf::json;
 use gltf::json::extensions::material::Material as Extensions;
 use gltf::json::material::AlphaMode as JsonAlphaMode;
@@ -9,7 +11,7 @@ use restir_shared::num;
 use serde::Deserialize;
 
 use super::exact::denser_outside;
-use super::texture::Slot;
+use super::texture::{Slot, UvSets};
 use super::{Importer, Problem, SCATTER, VOLUME_SCATTER, label};
 use crate::error::ensure;
 use crate::scene::{AlphaMode, Material, Volume, VolumeScattering};
@@ -26,8 +28,8 @@ const LEAST_ATTENUATION: f32 = 1e-6;
 /// What a material asks of the vertices of its meshes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Needs {
-    /// The set of texture coordinates that its textures lie on.
-    pub(super) uv_set: Option<u32>,
+    /// The sets of texture coordinates that its textures lie on.
+    pub(super) uv_sets: UvSets,
     /// Tangents, for a normal map.
     pub(super) tangents: bool,
 }
@@ -86,11 +88,12 @@ impl Importer<'_> {
         let scattering = extensions.and_then(scattering_members).map_or([None, None], |(members, _)| {
             [texture_slot(members, "multiscatterColorTexture"), texture_slot(members, "scatterStrengthTexture")]
         });
-        let needs = Needs { uv_set: self.uv_set(slots.iter().chain(&scattering)), tangents: normal.is_some() };
+        let uv_sets = self.uv_sets(slots.iter().chain(&scattering));
+        let needs = Needs { uv_sets, tangents: normal.is_some() };
         let [base_color, metallic_roughness, normal_map, emission, specular, specular_color] =
-            slots.map(|slot| slot.map(|slot| self.texture_use(&slot)).transpose());
+            slots.map(|slot| slot.map(|slot| self.texture_use(&slot, uv_sets)).transpose());
         let [scattering_color, scattering_strength] =
-            scattering.map(|slot| slot.map(|slot| self.texture_use(&slot)).transpose());
+            scattering.map(|slot| slot.map(|slot| self.texture_use(&slot, uv_sets)).transpose());
         let [r, g, b, alpha] = surface.base_color_factor.0;
         let mut converted = Material {
             base_color: self.unit("base colour factor", [r, g, b]),
@@ -123,13 +126,17 @@ impl Importer<'_> {
         Ok((converted, needs))
     }
 
-    /// The texture coordinates of the first texture; a mesh has one set.
-    fn uv_set<'a>(&mut self, slots: impl Iterator<Item = &'a Option<Slot>>) -> Option<u32> {
-        let mut sets = slots.flatten().map(|slot| slot.uv_set);
-        let first = sets.next()?;
-        let warning = format!("its textures lie on several sets of texture coordinates; set {first} is used");
-        self.warn_if(sets.any(|set| set != first), warning);
-        Some(first)
+    /// The first two sets of texture coordinates that its textures lie on; a mesh has two.
+    fn uv_sets<'a>(&mut self, slots: impl Iterator<Item = &'a Option<Slot>>) -> UvSets {
+        let sets: BTreeSet<u32> = slots.flatten().map(|slot| slot.uv_set).collect();
+        let sets = Vec::from_iter(sets);
+        if let [first, _, more @ ..] = &sets[..] {
+            let warning = format!(
+                "its textures lie on the sets {sets:?} of texture coordinates; set {first} is used for {more:?}"
+            );
+            self.warn_if(!more.is_empty(), warning);
+        }
+        [sets.first().copied(), sets.get(1).copied()]
     }
 
     fn extend(&mut self, material: &mut Material, extensions: &Extensions) {

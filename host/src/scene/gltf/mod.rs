@@ -3,7 +3,7 @@
 //! The import reads meshes (triangles, strips and fans) with normals, tangents and texture coordinates, their morph targets and
 //! skins, the node hierarchy, animations of nodes and weights, the first perspective camera, materials with their alpha and their textures
 //! (PNG and JPEG), and the extensions in [`SUPPORTED_EXTENSIONS`]. What is skipped or replaced gets a warning: textures of
-//! transmission and thickness, vertex colours, the range of lights, a second set of texture coordinates in one material. Occlusion
+//! transmission and thickness, vertex colours, the range of lights, a third set of texture coordinates in one material. Occlusion
 //! textures are not needed.
 //!
 //! The file is untrusted. The `gltf` crate only gives the structs of the JSON; its readers and its validation index

@@ -1,7 +1,5 @@
 //! Textures: images, samplers, and how materials use them.
 
-use std::sync::Arc;
-
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::texture::{MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
@@ -12,14 +10,17 @@ use super::exact::{self, PlacedTexture};
 use super::image::{self, Decoded};
 use super::{Importer, Problem, budget, label, uri};
 use crate::error::ensure;
-use crate::scene::{Filter, MAX_COORDINATE, Texture, TextureUse, Wrap};
+use crate::scene::{Filter, MAX_COORDINATE, Texture, TextureUse, UvSet, Wrap};
 
 type JsonIndex = Index<json::Texture>;
+
+/// The file's sets of texture coordinates that are a mesh's first and second.
+pub(super) type UvSets = [Option<u32>; 2];
 
 /// A reference to a texture, from any of a material's slots.
 pub(super) struct Slot {
     texture: JsonIndex,
-    /// Which of the mesh's sets of texture coordinates.
+    /// Which of the file's sets of texture coordinates.
     pub(super) uv_set: u32,
     placed: PlacedTexture,
     exact: Option<[f32; 6]>,
@@ -55,11 +56,12 @@ impl Slot {
 
 impl Importer<'_> {
     /// Adds the texture of a slot, if no slot has used it before.
-    pub(super) fn texture_use(&mut self, slot: &Slot) -> Result<TextureUse, Problem> {
+    pub(super) fn texture_use(&mut self, slot: &Slot, sets: UvSets) -> Result<TextureUse, Problem> {
         let transform = slot.transform();
         let small = transform.iter().all(|x| f64::from(*x).abs() <= MAX_COORDINATE);
         ensure!(small, "its texture transform {transform:?} is not finite or too large");
-        Ok(TextureUse { texture: self.texture(slot.texture)?, transform })
+        let uv_set = if sets[1] == Some(slot.uv_set) { UvSet::Second } else { UvSet::First };
+        Ok(TextureUse { texture: self.texture(slot.texture)?, transform, uv_set })
     }
 
     fn texture(&mut self, index: JsonIndex) -> Result<usize, Problem> {
@@ -72,7 +74,7 @@ impl Importer<'_> {
             None => Default::default(),
         };
         let Decoded { size, texels } = self.image(texture.source, index)?;
-        let same = |t: &Texture| Arc::ptr_eq(&t.texels, &texels) && (t.wrap, t.filter) == (wrap, filter);
+        let same = |t: &Texture| t.texels.is_shared(&texels) && (t.wrap, t.filter) == (wrap, filter);
         let position = self.scene.textures.iter().position(same).unwrap_or_else(|| {
             let name = label(texture.name.as_ref(), "texture", index);
             self.scene.textures.push(Texture { name, size, texels, wrap, filter });
@@ -95,7 +97,7 @@ impl Importer<'_> {
     }
 
     fn decoded(&mut self, source: &json::Image) -> Result<Decoded, Problem> {
-        let taken: u64 = self.images.values().map(|image| 4 * image.texels.len() as u64).sum();
+        let taken: u64 = self.images.values().map(|image| image.texels.bytes()).sum();
         let room = budget::max_bytes().saturating_sub(taken);
         match (&source.uri, source.buffer_view) {
             (Some(uri), _) => {

@@ -39,6 +39,7 @@ impl Deformation {
             positions: rest.positions.par_iter().enumerate().map(position).collect(),
             normals: rest.normals.par_iter().enumerate().map(normal).collect(),
             uvs: rest.uvs.clone(),
+            second_uvs: rest.second_uvs.clone(),
             tangents: rest.tangents.par_iter().enumerate().map(tangent).collect(),
             indices: rest.indices.clone(),
             material: rest.material,

@@ -66,6 +66,28 @@ fn texture_coordinates_are_those_of_the_first_texture() {
     assert!(few.unwrap_err().contains("for 3"));
 }
 
+/// The lower set of the file is the first.
+#[test]
+fn two_sets_of_texture_coordinates_are_read() {
+    let vec2 = r#""bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2""#;
+    let accessors = format!(r#"{vec2} }}, {{ {vec2}, "byteOffset": 32"#);
+    let data: Vec<f32> = (0..16).map(|i| i as f32).collect();
+    let glowing = format!(r#"{TEXTURED}, "emissiveTexture": {{ "index": 0 }}, "emissiveFactor": [1, 1, 1]"#);
+    let mesh = |attributes: &str, material: &str| {
+        let scene = with_attribute(attributes, &accessors, &data, material).unwrap();
+        (scene.meshes[0].clone(), scene.warnings)
+    };
+    let both = r#""TEXCOORD_1": 1, "TEXCOORD_0": 2"#;
+    let (own, warnings) = mesh(both, &glowing);
+    assert_eq!((&own.second_uvs[..], &own.uvs[..]), (&data.as_chunks::<2>().0[..4], &data.as_chunks::<2>().0[4..]));
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let (one, _) = mesh(both, TEXTURED);
+    assert!(one.second_uvs.is_empty() && one.uvs == own.second_uvs, "only what is used is read");
+    let (lacking, warnings) = mesh(r#""TEXCOORD_0": 2"#, &glowing);
+    assert!(lacking.second_uvs.is_empty() && lacking.uvs == own.uvs);
+    assert!(warnings[0].contains("no texture coordinates 1"), "{warnings:?}");
+}
+
 #[test]
 fn texture_coordinates_can_be_integers() {
     let data = [f32::from_bits(0xff00_00ff), f32::from_bits(0x0080_ff00)];

@@ -2,7 +2,7 @@
 
 use super::exact::PlacedTexture;
 use super::*;
-use crate::scene::{Filter, TextureUse, Wrap};
+use crate::scene::{Filter, Texels, TextureUse, UvSet, Wrap};
 
 /// A checkerboard of 8 x 8 texels in 16 x 16; each as another kind of JPEG.
 const RGB: &[u8] = include_bytes!("files/checker.jpg");
@@ -27,14 +27,17 @@ fn png(color: png::ColorType, depth: png::BitDepth, [width, height]: [u32; 2], d
     file
 }
 
-fn texels(file: &[u8]) -> Vec<[u8; 4]> {
-    image::decode(file, ROOM).unwrap().texels.to_vec()
+fn texels(file: &[u8]) -> Texels {
+    image::decode(file, ROOM).unwrap().texels
 }
 
 #[test]
 fn every_kind_of_png() {
     use png::{BitDepth, ColorType};
-    let read = |color, depth, data: &[u8]| texels(&png(color, depth, [2, 1], data));
+    let read = |color, depth, data: &[u8]| match texels(&png(color, depth, [2, 1], data)) {
+        Texels::Eight(texels) => texels.to_vec(),
+        Texels::Sixteen(texels) => panic!("{texels:?} have sixteen bits"),
+    };
     let eight = BitDepth::Eight;
     assert_eq!(read(ColorType::Rgba, eight, &[1, 2, 3, 4, 5, 6, 7, 8]), [[1, 2, 3, 4], [5, 6, 7, 8]]);
     assert_eq!(read(ColorType::Rgb, eight, &[1, 2, 3, 4, 5, 6]), [[1, 2, 3, 255], [4, 5, 6, 255]]);
@@ -42,9 +45,20 @@ fn every_kind_of_png() {
     assert_eq!(read(ColorType::GrayscaleAlpha, eight, &[9, 1, 8, 2]), [[9, 9, 9, 1], [8, 8, 8, 2]]);
     assert_eq!(read(ColorType::Grayscale, BitDepth::Two, &[0b0110_0000]), [[85, 85, 85, 255], [170, 170, 170, 255]]);
     assert_eq!(read(ColorType::Indexed, BitDepth::One, &[0b0100_0000]), [[10, 20, 30, 255], [40, 50, 60, 7]]);
-    // 0x7fff is 127.498 of 255, 0x8080 is 128.
-    let sixteen = [0x7f, 0xff, 0x80, 0x80];
-    assert_eq!(read(ColorType::Grayscale, BitDepth::Sixteen, &sixteen), [[127, 127, 127, 255], [128, 128, 128, 255]]);
+}
+
+#[test]
+fn sixteen_bits_are_kept_where_eight_do_not_hold_them() {
+    use png::{BitDepth, ColorType};
+    let read = |color, data: &[u8]| texels(&png(color, BitDepth::Sixteen, [2, 1], data));
+    let grey = read(ColorType::Grayscale, &[0x7f, 0xff, 0x80, 0x80]);
+    let expected = vec![[0x7fff, 0x7fff, 0x7fff, 0xffff], [0x8080, 0x8080, 0x8080, 0xffff]];
+    assert_eq!(grey, Texels::Sixteen(expected.clone().into()));
+    assert!(grey.iter().eq(expected));
+    let whole = read(ColorType::GrayscaleAlpha, &[1, 1, 2, 2, 3, 3, 255, 255]);
+    assert_eq!(whole, [[1, 1, 1, 2], [3, 3, 3, 255]].into());
+    assert_eq!(whole.at(0), [257, 257, 257, 514]);
+    assert_eq!((grey.bytes(), whole.bytes()), (16, 8));
 }
 
 #[test]
@@ -56,7 +70,7 @@ fn every_kind_of_jpeg() {
         let decoded = image::decode(file, ROOM).unwrap();
         assert_eq!(decoded.size, [16, 16]);
         for (x, y, color) in [(2, 2, colors[0]), (13, 2, colors[1]), (2, 13, colors[1]), (13, 13, colors[0])] {
-            let texel = decoded.texels[16 * y + x];
+            let texel = decoded.texels.at(16 * y + x).map(|channel| (channel / 257) as u8);
             let error = (0..3).map(|i| texel[i].abs_diff(color[i])).max().unwrap();
             assert!(error <= tolerance && texel[3] == 255, "{texel:?} is not {color:?}");
         }
@@ -163,8 +177,10 @@ fn textures_of_specular_reflection_are_read() {
     assert_eq!(coat.specular_texture, Some(TextureUse::new(0)));
     assert_eq!(coat.specular_color_texture.unwrap().transform, [1.0, 0.0, 0.5, 0.0, 1.0, 0.0]);
     assert!(!scene.warnings.iter().any(|warning| warning.contains("specular")), "{:?}", scene.warnings);
-    let warnings = load(&with(r#""index": 0, "texCoord": 1"#, moved)).unwrap().warnings;
-    assert!(warnings[0].contains("several sets"), "{warnings:?}");
+    let apart = load(&with(r#""index": 0, "texCoord": 1"#, moved)).unwrap();
+    let sets = [apart.materials[0].specular_texture, apart.materials[0].specular_color_texture]
+        .map(|used| used.unwrap().uv_set);
+    assert_eq!(sets, [UvSet::Second, UvSet::First]);
     assert!(problem(&with(r#""index": 0"#, r#""index": 9"#)).contains("texture 9"));
 }
 
@@ -189,9 +205,21 @@ fn broken_references_of_textures_are_explained() {
     assert!(problem(&textured("", &members.replace("base64,iVBO", "base64,AAAA"))).contains("image 0"));
     let huge = r#", "extensions": { "KHR_texture_transform": { "scale": [1e20, 1] } }"#;
     assert!(problem(&textured(huge, &members)).contains("transform"));
-    let mixed = r#" }, "metallicRoughnessTexture": { "index": 0, "texCoord": 1"#;
-    let warnings = load(&textured(mixed, &members)).unwrap().warnings;
-    assert!(warnings[0].contains("several sets"), "{warnings:?}");
+}
+
+#[test]
+fn a_third_set_of_texture_coordinates_is_told() {
+    let rough = r#" }, "metallicRoughnessTexture": { "index": 0, "texCoord": 2"#;
+    let two = load(&textured(rough, &embedded())).unwrap();
+    assert_eq!(two.materials[0].metallic_roughness_texture.unwrap().uv_set, UvSet::Second);
+    assert!(!two.warnings.iter().any(|warning| warning.contains("sets")), "{:?}", two.warnings);
+    let material = format!(
+        r#""pbrMetallicRoughness": {{ "baseColorTexture": {{ "index": 0 {rough} }} }}, "emissiveTexture": {{ "index": 0, "texCoord": 5 }}"#
+    );
+    let three = load(&of_material(&material, &embedded())).unwrap();
+    let told = "its textures lie on the sets [0, 2, 5] of texture coordinates; set 0 is used for [5]";
+    assert!(three.warnings.iter().any(|warning| warning.contains(told)), "{:?}", three.warnings);
+    assert_eq!(three.materials[0].emission_texture.unwrap().uv_set, UvSet::First);
 }
 
 #[test]
