@@ -8,6 +8,7 @@ pub mod documented;
 pub mod error;
 pub mod mutate;
 pub mod package;
+pub mod planted;
 mod process;
 pub mod shader;
 pub mod surface;

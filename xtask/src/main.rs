@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, device, documented, mutate, package, shader, surface};
+use xtask::{Error, device, documented, mutate, package, planted, shader, surface};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -24,6 +24,8 @@ enum Task {
     Documented(documented::Options),
     /// Pack the published crates, build them elsewhere without the lock file, and compare pictures of CPU and device.
     Package(package::Options),
+    /// Plant faults in the library, one at a time, and see whether the tests see them.
+    Planted(planted::Options),
     /// Count the public items of the libraries.
     Surface(surface::Options),
     /// Measure all figures of a GPU, after its words were compared with the host's: `cargo lab device`.
@@ -36,6 +38,7 @@ fn run(task: Task) -> Result<ExitCode, Error> {
         Task::Mutate(options) => mutate::run(&options),
         Task::Documented(options) => documented::run(&options),
         Task::Package(options) => package::run(&options),
+        Task::Planted(options) => planted::run(&options),
         Task::Surface(options) => surface::run(&options),
         Task::Device(options) => return device::run(&options),
     };
