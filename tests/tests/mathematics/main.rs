@@ -7,5 +7,6 @@ mod diffusion;
 mod geometry;
 mod media;
 mod num;
+mod vec;
 
-restir_tests::suites! { architecture bsdf conditional diffusion geometry media num }
+restir_tests::suites! { architecture bsdf conditional diffusion geometry media num vec }

@@ -76,7 +76,7 @@ impl Report {
              Each fault makes one line of `shared/` wrong in a copy of the sources. The suite that the list names is compiled and its checks are run: one of them has to \
              fail. Comparisons with the compiled shaders and with stored bits would see any change, and do not count. The list is \
              [faults.toml](../xtask/src/planted/faults.toml); CI plants one fault, which the commit chooses. A fault that survives is a gap in the tests, and the \
-             command fails.\n\nMade by `cargo xtask planted --write` (4 h).\n\n{HEAD}"
+             command fails.\n\nMade by `cargo xtask planted --write` (2 h).\n\n{HEAD}"
         );
         for row in &self.rows {
             writeln!(text, "{}", row.text).unwrap_or_default();
