@@ -6,7 +6,7 @@ use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Render;
 use restir_kernels::restir_pt::{pt_shift, pt_trace};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::glam::{UVec2, UVec4, Vec2, Vec3};
+use restir_shared::glam::{DVec3, UVec2, UVec4, Vec2, Vec3};
 use restir_shared::num::{FLUSH_BELOW, UNIT_ROUNDOFF};
 use restir_shared::resample::mutual::{Record, Shift, ShiftRequest, ShiftResult};
 use restir_shared::resample::params::{Flags, ReuseParams};
@@ -24,7 +24,7 @@ use restir_tests::technique::restir_pt::{Arrivals, Found, Picture, Returns, Wron
 restir_tests::suite! {
     later {
         candidates_add_up_to_the_path replay_at_the_source_gives_the_same_bits a_stored_path_gives_its_value_again what_arrives_is_traced_once_more
-        one_candidate_stands_for_all shifts_are_undone starts_lie_off_edges shifts_to_another_frame_are_undone what_arrives_was_to_be_found wrong_shifts_are_seen what_cannot_be_shifted_is_not records_keep_paths
+        one_candidate_stands_for_all shifts_are_undone starts_lie_off_edges shifts_to_another_frame_are_undone recalled_paths_are_measured_over_new_areas what_arrives_was_to_be_found wrong_shifts_are_seen what_cannot_be_shifted_is_not records_keep_paths
     }
 }
 
@@ -257,6 +257,46 @@ impl Again {
         self.wrong += u32::from(bits(other) != bits(followed(there, &numbers, &stored)));
         self.changed += u32::from(off(other) > LOST);
     }
+}
+
+/// A path's density at vertex k is per area, and the area around it may be another one in the next frame: a recalled path is measured over that, by the
+/// triangles' corners in double precision.
+fn recalled_paths_are_measured_over_new_areas() -> Result<(), Failed> {
+    let scene = buffers("toys")?;
+    let [last, now] = [scene.at(8.0)?, scene.at(30.0)?];
+    let (own, other) = (now.view(), last.view());
+    let geometry = [own.geometry, other.geometry].concat();
+    let attributes = [own.attributes, other.attributes].concat();
+    let frames = SceneFrames {
+        this: SceneView { geometry: &geometry, attributes: &attributes, ..own },
+        other: other.header.moved(own.geometry.len() as u32, own.attributes.len() as u32),
+        other_tracer: None,
+    };
+    let area = |view: &SceneView<'_>, triangle: u32| {
+        let at = view.header.triangle_word(triangle);
+        let [a, b, c] = [0, 1, 2].map(|corner| {
+            let word = view.geometry[at + corner];
+            DVec3::from([word.x, word.y, word.z].map(|x| f64::from(f32::from_bits(x))))
+        });
+        (b - a).cross(c - a).length()
+    };
+    let picture = Picture::new(&last, SIDE, DEPTH, Hybrid::RECONNECTION);
+    let params = picture.params.with_flags(Flags::TAKES_ALL);
+    let (mut deformed, mut worst) = (0, 0.0_f64);
+    for found in places().flat_map(|at| (0..4).flat_map(|frame| picture.found(at, frame)).collect::<Vec<_>>()) {
+        let recalled = restir_pt::recall(&frames, &params, found.stored);
+        if !(found.path.keeps_surface() && recalled.partial_jacobian() > 0.0) {
+            continue;
+        }
+        let triangle = found.path.hit.id;
+        let grown = area(&own, triangle) / area(&other, triangle);
+        let measured = f64::from(found.stored.partial_jacobian()) / f64::from(recalled.partial_jacobian());
+        worst = worst.max((measured / grown - 1.0).abs());
+        deformed += u32::from((grown - 1.0).abs() > 0.01);
+    }
+    println!("{deformed} of the paths lie on triangles that have grown or shrunk by a hundredth; off by {worst:.1e}");
+    ensure(deformed > 100, || format!("{deformed} are too few"))?;
+    ensure(worst < 1.0e-5, || format!("a path is off by {worst:e}"))
 }
 
 /// Of shifts of a scene that give a path, the share that may not be undone, and the share of the light that goes with them, which bounds

@@ -29,7 +29,7 @@ restir_tests::suite! {
         wrong_media_are_seen where_a_path_is_cut_does_not_matter passes_without_work_change_nothing walks_are_counted pieces_of_a_medium_are_as_the_whole white_bodies_cannot_be_seen
         lights_inside_look_alike_sampled_or_found lights_behind_clear_borders_look_alike_sampled_or_found
         clear_bodies_look_as_by_an_independent_walk what_burns_inside_of_white_bodies_comes_out paths_may_end_after_media
-        bodies_in_bodies_of_their_medium_cannot_be_seen light_inside_of_what_encloses_a_body_is_dimmed
+        bodies_in_bodies_of_their_medium_cannot_be_seen bodies_in_bodies_are_as_in_a_hole_of_their_form light_inside_of_what_encloses_a_body_is_dimmed
         the_texture_where_light_enters_decides scale_does_not_matter scattering_elsewhere_changes_nothing the_last_segment_may_be_a_walk
     }
 }
@@ -550,6 +550,50 @@ fn bodies_in_bodies_of_their_medium_cannot_be_seen() -> Result<(), Failed> {
         ensure_biased(&format!("{what}, surroundings unknown"), &test.compare(&unknown, &alone))?;
     }
     Ok(())
+}
+
+/// How a cube lies in a sphere.
+#[derive(Clone, Copy, Debug)]
+enum Lies {
+    /// In its medium.
+    Inside,
+    /// In a hole that is wider by a thousandth, so that light crosses air on its way from one to the other.
+    InAHole,
+    /// In its medium, which is not known, for another cube of the same material lies in no body.
+    Unknown,
+}
+
+/// A sphere with a cube of another medium, both without a border that light notices.
+fn in_another(lies: Lies) -> Result<Scene, Failed> {
+    let case = body("sphere", SPHERE, Border::Dielectric(1.0), 0.4);
+    let (mut scene, material) = (case.source(), case.material());
+    let other = Volume::scattering([0.3, 0.8, 0.95], [0.2, 0.4, 3.0], 0.0);
+    let other = scene.add_material(Material { name: "other".to_owned(), volume: Some(other), ..material });
+    let cube = |wider: f64| Mesh::cuboid(DVec3::splat(-0.35 - wider), DVec3::splat(0.25 + wider));
+    if let Lies::InAHole = lies {
+        let mut hole = cube(1.0e-3);
+        hole.indices.iter_mut().for_each(|triangle| triangle.reverse());
+        let sphere = Mesh::union(&[Mesh::clone(&scene.meshes[0]), hole]);
+        scene.meshes[0] = sphere.into();
+    }
+    scene.add_mesh("cube", other, cube(0.0));
+    if let Lies::Unknown = lies {
+        scene.add_mesh("apart", other, Mesh::cuboid(DVec3::splat(90.0), DVec3::splat(91.0)));
+    }
+    let around = scene.surroundings();
+    let right = [None, if let Lies::Inside = lies { Some(0) } else { None }];
+    ensure(around == right, || format!("{lies:?}: {around:?}"))?;
+    Ok(scene)
+}
+
+/// A body of one medium in another one looks as if it lay in a hole of its form: light that leaves it is in what is around it.
+fn bodies_in_bodies_are_as_in_a_hole_of_their_form() -> Result<(), Failed> {
+    let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
+    let settings = PathSettings { max_depth: 48, sampler: Sampler::Independent, ..PathSettings::default() };
+    let moments = |lies| Ok::<_, Failed>(moments_of(&SceneBuffers::build(&in_another(lies)?)?, &settings, draws(48)));
+    let in_a_hole = moments(Lies::InAHole)?;
+    ensure_unbiased("in another medium", &test.compare(&moments(Lies::Inside)?, &in_a_hole), bound(0.02))?;
+    ensure_biased("surroundings unknown", &test.compare(&moments(Lies::Unknown)?, &in_a_hole))
 }
 
 /// A lamp beside a pebble of glass, both in wax: light that leaves the pebble is in wax again.

@@ -8,7 +8,7 @@ use crate::Error;
 use crate::shader::workspace::Workspace;
 
 /// The least number of faults that the list has.
-const LEAST: usize = 1;
+const LEAST: usize = 60;
 
 /// A line that is made wrong, and the checks that see it.
 #[derive(Debug, Deserialize)]
