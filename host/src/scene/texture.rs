@@ -74,6 +74,7 @@ impl Texels {
     }
 
     /// Whether both are the same place in memory.
+    #[cfg(feature = "gltf")]
     pub(crate) fn is_shared(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Eight(a), Self::Eight(b)) => Arc::ptr_eq(a, b),
