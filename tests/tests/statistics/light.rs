@@ -563,8 +563,8 @@ fn smooth_normals_neither_leak_nor_gain() {
 }
 
 /// A sample's point of the lens says nothing of its point of the pixel: their coordinates do not correlate. Of 16 384 samples a correlation has a
-/// standard error of .0078; the limit of .04 is 5 of them, a false alarm of 2.3e-6 for the four of them, and what shares its numbers correlates by
-/// more than .4.
+/// standard error of .0078; the limit of .04 is 5 of them, a false alarm of 2.3e-6 for the four of them. The planted fault
+/// `lens-drawn-by-the-numbers-of-the-pixel` fails.
 fn the_lens_is_drawn_apart_from_the_pixel() {
     let camera = Camera::pinhole(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.8);
     let params = Camera { lens_radius: 0.2, focus_distance: Some(1.0), ..camera }.params(1, 1);
