@@ -54,7 +54,7 @@ pub const PARTS: [Part; 17] = [
     part(FEATURE_SPECULAR, "specular", Some(markers::SPECULAR)),
     part(FEATURE_ALPHA, "alpha", None),
     part(FEATURE_BLEND, "blend", None),
-    part(FEATURE_SECOND_UVS, "second texture coordinates", None),
+    part(FEATURE_SECOND_UVS, "second UVs", None),
     // one step of 16 bits
     part(FEATURE_FINE_TEXELS, "fine texels", Some(1.0 / 65_535.0)),
 ];
