@@ -30,10 +30,11 @@
 use crate::exec::{Description, Executor, Observer, Progress, Step};
 use crate::output::write_atomically;
 use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
-use crate::render::{Render, Rendered};
+use crate::render::{Images, Render, Rendered, Shows};
 use crate::{Error, buffers::SceneBuffers};
 use std::fs;
 use std::io::{ErrorKind, Write};
+use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -65,10 +66,9 @@ pub fn render_resumed(
     render.check(scene)?;
     let digest = digest(scene, render, &executor.describe());
     let mut plan = render.plan(scene);
-    // arenas with contents are those of the scene
-    let planes: Vec<BufferId> = (0..plan.buffers.len()).filter(|&id| plan.buffers[id].contents.is_none()).collect();
-    let done = Kept::read(checkpoint.path, &digest)?
-        .map_or(Ok(0), |kept| kept.restore(checkpoint.path, &planes, &mut plan))?;
+    let planes = planes_of(&plan);
+    let done = Kept::read(checkpoint.path, &|_| digest)?
+        .map_or(Ok(0), |kept| kept.restore(checkpoint.path, &planes, &mut plan, &|_| true))?;
     let (dispatches, counts) = (plan.pass_count, plan.counts);
     let mut written = Instant::now();
     let outputs = executor.run_observed(plan, &mut |step| {
@@ -86,6 +86,93 @@ pub fn render_resumed(
     }
 }
 
+/// The planes of a plan: arenas with contents are those of the scene.
+fn planes_of(plan: &FramePlan<'_>) -> Vec<BufferId> {
+    (0..plan.buffers.len()).filter(|&id| plan.buffers[id].contents.is_none()).collect()
+}
+
+/// What [`render_frames`] shows of its work.
+pub trait Watch {
+    /// A pass is done.
+    ///
+    /// # Errors
+    /// Ends the work.
+    fn progress(&mut self, progress: Progress) -> Result<(), Error>;
+
+    /// A frame that was asked for is done; `images` reads it.
+    ///
+    /// # Errors
+    /// Ends the work.
+    fn frame(&mut self, frame: u32, images: &Images<'_>, step: &Step<'_>) -> Result<(), Error>;
+}
+
+/// Renders frames of a chain, each of which reuses what those before it have found: these are rendered too, from the frame on that the
+/// file `state` leaves off at, or from frame 0 where there is none. Afterwards the file has the state after the last frame, for who renders the
+/// next ones, here or on another machine. The count of the render, and whether it accumulates, do not matter. Gives the first frame
+/// that had to be rendered.
+///
+/// # Errors
+/// As of [`Render::render`], and what `watch` ends the work by; [`Error::File`] if the file cannot be read or written, is damaged, is of another
+/// chain, or is of a later frame than the first one.
+pub fn render_frames(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    render: &Render,
+    frames: Range<u32>,
+    state: Option<Checkpoint<'_>>,
+    watch: &mut dyn Watch,
+) -> Result<u32, Error> {
+    // one more than is rendered, so that the planes are those of frames that go on
+    let count = frames.end.saturating_add(1);
+    let render = &Render { count, accumulate: false, shows: Shows::Each, ..render.clone() };
+    render.check(scene)?;
+    let (images, description) = (Images::new(scene, render), executor.describe());
+    let mut plan = render.plan(scene);
+    let (planes, mut kept) = (planes_of(&plan), None);
+    if let Some(Checkpoint { path, .. }) = state {
+        kept = Kept::read(path, &|done| digest(scene, &render.until(done), &description))?;
+    }
+    let (first, mut skipped) = (kept.as_ref().map_or(0, |kept| kept.done as u32), 0);
+    if let (Some(Checkpoint { path, .. }), Some(kept)) = (state, kept) {
+        if first > frames.start {
+            let problem = format!("it is of frame {first}, and frame {} is asked for; name another file", frames.start);
+            return Err(Error::cannot_read(path, problem));
+        }
+        skipped = kept.restore(path, &planes, &mut plan, &|pass| images.is_made_by(pass))?;
+    }
+    let total = (plan.pass_count - plan.pass_count / u64::from(count)).saturating_sub(skipped).max(1);
+    let (mut frame, mut written) = (first, Instant::now());
+    let done = executor.run_observed(plan, &mut |step| {
+        watch.progress(Progress { done: step.progress.done.min(total), total })?;
+        if !images.is_finished(step) {
+            return Ok(());
+        }
+        if frames.contains(&frame) {
+            watch.frame(frame, &images, step)?;
+        }
+        frame += 1;
+        let is_last = frame == frames.end;
+        if let Some(Checkpoint { path, .. }) = state.filter(|state| is_last || written.elapsed() >= state.every) {
+            let digest = digest(scene, &render.until(u64::from(frame)), &description);
+            Kept::of(step, u64::from(frame), &planes)?.write(path, &digest)?;
+            written = Instant::now();
+        }
+        if is_last { Err(Error::Interrupted) } else { Ok(()) }
+    });
+    match done {
+        Err(Error::Interrupted) if frame == frames.end => Ok(first),
+        done => done.map(|_| first),
+    }
+}
+
+impl Render {
+    /// What frames before this one depend on.
+    fn until(&self, frame: u64) -> Self {
+        let cameras = (0..frame as usize).map_while(|frame| self.cameras.get(frame).or(self.cameras.last()));
+        Self { count: 0, cameras: cameras.copied().collect(), ..self.clone() }
+    }
+}
+
 /// A name for all that the bits of a render depend on: renders with the same name have the same image.
 #[doc(hidden)]
 pub fn name_of(scene: &SceneBuffers, render: &Render, description: &Description) -> String {
@@ -96,16 +183,21 @@ pub fn name_of(scene: &SceneBuffers, render: &Render, description: &Description)
 fn digest(scene: &SceneBuffers, render: &Render, description: &Description) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     let Render { width, height, count, accumulate, seed, cameras, shows, technique, denoise, _more: _ } = render;
-    for arena in [&scene.geometry, &scene.attributes, &scene.texels] {
-        hasher.update(&(arena.len() as u64).to_le_bytes());
-        hasher.update(bytemuck::cast_slice(arena));
-    }
-    hasher.update(scene.motion().as_bytes());
+    hash_scene(scene, &mut hasher);
     let described = (width, height, count, accumulate, seed, shows, technique.about().name);
     hasher.update(format!("{described:?} {:?}", (cameras, scene.camera, technique.entries(), denoise)).as_bytes());
     hasher.update(description.origin().as_bytes());
     hash_code(&mut hasher);
     hasher.finalize()
+}
+
+/// What a scene is made of, but for its camera.
+pub(crate) fn hash_scene(scene: &SceneBuffers, hasher: &mut blake3::Hasher) {
+    for arena in [&scene.geometry, &scene.attributes, &scene.texels] {
+        hasher.update(&(arena.len() as u64).to_le_bytes());
+        hasher.update(bytemuck::cast_slice(arena));
+    }
+    hasher.update(scene.motion().as_bytes());
 }
 
 /// The version of the code that makes the bits. The manifest of the compiled kernels holds the digest of their sources, from which the native
@@ -117,6 +209,7 @@ pub(crate) fn hash_code(hasher: &mut blake3::Hasher) {
 
 /// What a checkpoint keeps.
 struct Kept {
+    /// How many passes are done, or frames.
     done: u64,
     /// The words of each plane.
     planes: Vec<Vec<u32>>,
@@ -127,7 +220,7 @@ impl Kept {
         Ok(Self { done, planes: planes.iter().map(|&id| step.read(id)).collect::<Result<_, _>>()? })
     }
 
-    /// The digest, the number of passes, each plane with its length, and a hash of all that.
+    /// The digest, how much is done, each plane with its length, and a hash of all that.
     fn write(&self, path: &Path, digest: &blake3::Hash) -> Result<(), Error> {
         write_atomically(path, |file| {
             let mut hasher = blake3::Hasher::new();
@@ -147,8 +240,8 @@ impl Kept {
         })
     }
 
-    /// Nothing, if there is no file.
-    fn read(path: &Path, digest: &blake3::Hash) -> Result<Option<Self>, Error> {
+    /// Nothing, if there is no file. The digest may depend on how much is done.
+    fn read(path: &Path, digest: &dyn Fn(u64) -> blake3::Hash) -> Result<Option<Self>, Error> {
         let bytes = match fs::read(path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -160,15 +253,12 @@ impl Kept {
         let (kept, hash) = bytes.split_last_chunk::<HASH>().ok_or_else(damaged)?;
         let kept = kept.strip_prefix(MAGIC).filter(|_| blake3::hash(kept) == *hash).ok_or_else(damaged)?;
         let (of, mut kept) = kept.split_first_chunk::<HASH>().ok_or_else(damaged)?;
-        if digest != of {
+        let (done, rest) = kept.split_first_chunk::<8>().ok_or_else(damaged)?;
+        let done = u64::from_le_bytes(*done);
+        kept = rest;
+        if digest(done) != *of {
             return Err(refused("it is of another scene, of other settings, of another device or of another version"));
         }
-        let mut number = || {
-            let (number, rest) = kept.split_first_chunk::<8>()?;
-            kept = rest;
-            Some(u64::from_le_bytes(*number))
-        };
-        let done = number().ok_or_else(damaged)?;
         let mut planes = Vec::new();
         while !kept.is_empty() {
             let (length, rest) = kept.split_first_chunk::<8>().ok_or_else(damaged)?;
@@ -180,8 +270,14 @@ impl Kept {
         Ok(Some(Self { done, planes }))
     }
 
-    /// Puts the planes into the plan, whose passes go on after those that are done.
-    fn restore(self, path: &Path, planes: &[BufferId], plan: &mut FramePlan<'_>) -> Result<u64, Error> {
+    /// Puts the planes into the plan, whose passes go on after those that are done: as many as count. Gives how many passes these are.
+    fn restore(
+        self,
+        path: &Path,
+        planes: &[BufferId],
+        plan: &mut FramePlan<'_>,
+        counts: &dyn Fn(&Pass) -> bool,
+    ) -> Result<u64, Error> {
         let fits = |(&id, words): (&BufferId, &Vec<u32>)| plan.buffers[id].words == words.len();
         if planes.len() != self.planes.len()
             || !planes.iter().zip(&self.planes).all(fits)
@@ -193,9 +289,11 @@ impl Kept {
             plan.buffers[id].contents = Some(words.into());
         }
         let mut passes = std::mem::replace(&mut plan.passes, Box::new(std::iter::empty()));
-        let mut begun = None;
-        for _ in 0..self.done {
+        let (mut begun, mut left, mut skipped) = (None, self.done, 0);
+        while left > 0 {
             let Some(pass) = passes.next().transpose()? else { break };
+            left -= u64::from(counts(&pass));
+            skipped += 1;
             begun = pass.frame.or(begun);
         }
         // the frame in work goes on, in arenas that hold it already
@@ -204,6 +302,6 @@ impl Kept {
             let going_on = going_on.take();
             pass.map(|pass| Pass { frame: pass.frame.or(going_on), ..pass })
         }));
-        Ok(self.done)
+        Ok(skipped)
     }
 }

@@ -17,6 +17,8 @@ pub(crate) struct Capacity {
     pub(crate) largest_block: u32,
     /// The mean is shown while samples are still to come.
     pub(crate) progressive: bool,
+    /// The image is the sum of the samples instead of their mean.
+    pub(crate) is_sum: bool,
 }
 
 impl Capacity {
@@ -37,6 +39,7 @@ pub(crate) struct Film {
     waiting: Vec<(u32, BufferId)>,
     /// where what waits is merged if it has to go on waiting
     scratch: Option<BufferId>,
+    is_sum: bool,
     output: BufferId,
 }
 
@@ -52,7 +55,8 @@ impl Film {
         let mut free: Vec<BufferId> = (0..capacity.planes()).map(|_| add("film")).collect();
         free.reverse();
         let scratch = capacity.progressive.then(|| add("film"));
-        Self { size: capacity.size, samples: 0, free, waiting: Vec::new(), scratch, output: add("mean") }
+        let Capacity { size, is_sum, .. } = capacity;
+        Self { size, samples: 0, free, waiting: Vec::new(), scratch, is_sum, output: add("mean") }
     }
 
     /// The plane of the mean.
@@ -87,7 +91,7 @@ impl Film {
 
     /// The passes that make the mean of all samples. A progressive film goes on after them, any other begins anew.
     pub(crate) fn image(&mut self) -> Vec<Result<Pass, Error>> {
-        let samples = self.samples;
+        let samples = if self.is_sum { 1 } else { self.samples };
         let mut passes = Vec::new();
         let sum = match self.scratch {
             Some(scratch) if self.waiting.len() > 1 => self.sum_in(scratch, &mut passes),
@@ -126,6 +130,20 @@ impl Film {
     fn divide(&self, sum: BufferId, mean: BufferId, samples: u32) -> Result<Pass, Error> {
         pass(&film_resolve::DESC, self.size, samples, [("sum", sum), ("mean", mean)])
     }
+}
+
+/// `samples` samples from `first` on as aligned blocks (first, log2 of the size), of at most 2^`largest` samples each.
+pub(crate) fn aligned_blocks(mut first: u32, samples: u32, largest: u32) -> impl Iterator<Item = (u32, u32)> + Send {
+    let end = first + samples;
+    std::iter::from_fn(move || {
+        let left = end - first;
+        (left > 0).then(|| {
+            let log2 = largest.min(left.ilog2()).min(first.trailing_zeros());
+            let block = (first, log2);
+            first += 1 << log2;
+            block
+        })
+    })
 }
 
 /// The pass that adds the plane `left` to the plane `right`.

@@ -46,6 +46,7 @@ mod moments;
 #[cfg(feature = "oidn")]
 pub mod oidn;
 pub mod output;
+pub mod part;
 pub mod plan;
 #[cfg(feature = "exr")]
 pub mod reference;

@@ -26,7 +26,7 @@ use crate::image::{Image, MAX_SIDE};
 use crate::moments::Moments;
 use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
 use crate::sequence::technique::{Repeats, Technique};
-use crate::sequence::{self, Sequence, Stage};
+use crate::sequence::{self, Sequence, Share, Stage};
 use crate::settings::{More, Settings};
 use crate::{Error, buffers::SceneBuffers, memory, scene::Camera};
 use restir_kernels::Access;
@@ -117,7 +117,7 @@ impl Render {
         observe: &mut Observer<'_>,
     ) -> Result<Rendered, Error> {
         self.check(scene)?;
-        let plan = self.plan_of(scene, executor.dispatches());
+        let plan = self.plan_of(scene, executor.dispatches(), None);
         let (dispatches, counts) = (plan.pass_count, plan.counts);
         Ok(self.rendered(&executor.run_observed(plan, observe)?, dispatches, counts))
     }
@@ -170,11 +170,17 @@ impl Render {
 
     /// The passes of the render, for any executor. They can be made for settings that [`Self::check`] refuses, too.
     pub fn plan<'a>(&'a self, scene: &'a SceneBuffers) -> FramePlan<'a> {
-        self.plan_of(scene, Dispatches::Short)
+        self.plan_of(scene, Dispatches::Short, None)
     }
 
-    /// [`Self::plan`] in dispatches that may be so long.
-    pub(crate) fn plan_of<'a>(&'a self, scene: &'a SceneBuffers, dispatches: Dispatches) -> FramePlan<'a> {
+    /// [`Self::plan`] in dispatches that may be so long, of the whole image or of a tile of this size and the samples that its share names, as many
+    /// as the render counts.
+    pub(crate) fn plan_of<'a>(
+        &'a self,
+        scene: &'a SceneBuffers,
+        dispatches: Dispatches,
+        share: Option<([u32; 2], Share)>,
+    ) -> FramePlan<'a> {
         let moments = match self.technique.about().repeats {
             Repeats::Samples => Moments::still(Arc::new(scene.clone())),
             Repeats::Frames => {
@@ -184,7 +190,7 @@ impl Render {
             }
         };
         let stage = Stage {
-            size: [self.width, self.height],
+            size: share.map_or([self.width, self.height], |(size, _)| size),
             seed: self.seed,
             goes_on: self.count > 1,
             most: self.repeats_in_mean(),
@@ -192,6 +198,7 @@ impl Render {
             features: scene.features,
             arenas: moments.buffers(),
             dispatches,
+            share: share.map(|(_, share)| share),
         };
         let sequence = self.sequence(&stage);
         let counted = sequence.counts();
@@ -358,7 +365,7 @@ pub struct Rendered {
 }
 
 /// Sums of what was counted pixel by pixel; nothing of words without a name.
-fn counts(words: &[u32], names: [&'static str; 4]) -> Vec<(&'static str, u64)> {
+pub(crate) fn counts(words: &[u32], names: [&'static str; 4]) -> Vec<(&'static str, u64)> {
     let sum = |index: usize| words.iter().skip(index).step_by(4).map(|&count| u64::from(count)).sum();
     names.into_iter().enumerate().filter(|(_, name)| !name.is_empty()).map(|(index, name)| (name, sum(index))).collect()
 }
@@ -379,7 +386,11 @@ impl<'a> Images<'a> {
 
     /// Whether the pass has finished an image.
     pub fn is_finished(&self, step: &Step<'_>) -> bool {
-        step.pass.bindings().any(|(binding, buffer)| binding.access == Access::Own && buffer == self.output)
+        self.is_made_by(step.pass)
+    }
+
+    pub(crate) fn is_made_by(&self, pass: &Pass) -> bool {
+        pass.bindings().any(|(binding, buffer)| binding.access == Access::Own && buffer == self.output)
     }
 
     /// The image as the pass has left it.
@@ -388,6 +399,11 @@ impl<'a> Images<'a> {
     /// What a GPU reports.
     pub fn read(&self, step: &Step<'_>) -> Result<Rendered, Error> {
         Ok(self.render.rendered(&[step.read(self.output)?], step.progress.done, [""; 4]))
+    }
+
+    /// Its pixels.
+    pub(crate) fn pixels(&self, step: &Step<'_>) -> Result<Vec<FilmPixel>, Error> {
+        Ok(bytemuck::pod_collect_to_vec(&step.read(self.output)?))
     }
 }
 

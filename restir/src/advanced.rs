@@ -18,6 +18,6 @@ pub use restir_host::oidn;
 #[cfg(feature = "exr")]
 pub use restir_host::reference;
 pub use restir_host::{
-    aov, checkpoint, choices, error, foreign, input, memory, metrics, output, plan, replay, sequence, settings,
+    aov, checkpoint, choices, error, foreign, input, memory, metrics, output, part, plan, replay, sequence, settings,
     tonemap, wide_bvh,
 };

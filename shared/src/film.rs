@@ -56,6 +56,14 @@ impl FilmPixel {
             dropped: self.dropped + other.dropped,
         }
     }
+
+    /// The mean of so many samples, of their sum; what was dropped stays a sum.
+    #[inline(always)]
+    #[must_use]
+    pub fn mean(self, samples: f32) -> Self {
+        let mean_of = |x| num::flush(num::div(x, samples));
+        Self { sum: [mean_of(self.sum[0]), mean_of(self.sum[1]), mean_of(self.sum[2])], dropped: self.dropped }
+    }
 }
 
 /// The sum over the block of 2^`block_log2` samples that begins at `first`, a multiple of its size.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use restir::Error;
+use restir::advanced::part::{Header, PartFile};
 use restir::buffers::{SceneBuffers, SceneStats};
 use restir::image::{Content, read_exr_content};
 use restir::scene::{Camera, Environment, LightKind, Scene, Texture};
@@ -13,13 +14,16 @@ use super::{parse::ends_in, progress::patiently};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Name of a built-in scene, a .gltf or .glb file, or an image as `render` writes it.
+    /// Name of a built-in scene, a .gltf or .glb file, or an image or a part of one as `render` writes it.
     scene: PathBuf,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     if ends_in(&arguments.scene, "exr") {
         return console::print(&image(&read_exr_content(&arguments.scene)?));
+    }
+    if ends_in(&arguments.scene, "part") {
+        return console::print(&part(PartFile::open(&arguments.scene)?.header()));
     }
     let scene = patiently("reading the scene", || Scene::open(&arguments.scene))?;
     let stats = patiently("building the scene", || SceneBuffers::build(&scene))?.stats();
@@ -35,6 +39,20 @@ fn image(content: &Content) -> String {
         .chain(&content.metadata)
         .map(|(name, value)| format!("{:16} {}\n", harmless(name), harmless(value)))
         .collect()
+}
+
+/// A part of an image, and of which.
+fn part(header: &Header) -> String {
+    let ([width, height], Header { unit, range, tile, .. }) = (header.size, header);
+    let rows = [
+        ("part of", format!("{width} x {height} pixels with {} {}, or more", header.count, unit.name())),
+        ("range", format!("--{} {}..{}", unit.name(), range.start, range.end - 1)),
+        ("tile", format!("--tile {tile}")),
+    ];
+    let rows = rows.map(|(name, value)| (name.to_owned(), value));
+    let notes = header.notes.iter().filter(|(key, _)| key != unit.name());
+    let pairs = rows.iter().chain(notes);
+    pairs.map(|(name, value)| format!("{:16} {}\n", harmless(name), harmless(value))).collect()
 }
 
 fn describe(scene: &Scene, stats: &SceneStats) -> String {

@@ -20,6 +20,7 @@ mod explain;
 mod export;
 mod info;
 pub mod interrupt;
+mod merge;
 mod metadata;
 pub mod parse;
 pub mod program;
@@ -51,6 +52,8 @@ struct Arguments {
 enum Command {
     /// Render a scene to an EXR file.
     Render(render::Arguments),
+    /// Merge parts of an image that were rendered apart, to the bits of one render.
+    Merge(merge::Arguments),
     /// Write a scene as a .glb file, for other renderers.
     ///
     /// An environment is written as an EXR file beside it. The camera that a render would choose is written if the scene
@@ -86,6 +89,7 @@ pub fn main() -> ExitCode {
 fn run(Arguments { command }: Arguments) -> Result<(), Ending> {
     let done = match command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Scenes(arguments) => scenes::run(&arguments),
         Command::Devices => devices::run(),

@@ -1,5 +1,6 @@
 //! What an image says about how it was made.
 
+use restir::advanced::part::{Merged, Noise, PartFile};
 use restir::advanced::settings::{Choice as _, Settings as _};
 use restir::advanced::{reference::Reference, settings::Value};
 use restir::denoise::Denoise;
@@ -59,6 +60,31 @@ pub(super) fn of_render(
     pairs.extend(more);
     pairs.extend(render.technique.entries().into_iter().map(|entry| (entry.key, entry.value)));
     owned(pairs)
+}
+
+/// Pairs of an image that was merged: those of the first part, where all agree, and what is of all.
+pub(super) fn of_merged(parts: &[PartFile], merged: &Merged, noise: Option<&Noise>) -> Vec<(String, String)> {
+    let mut pairs: Vec<(String, String)> = parts[0].header().notes.clone();
+    for (key, value) in &mut pairs {
+        let notes = parts.iter().flat_map(|part| &part.header().notes).filter(|(other, _)| other == key);
+        let mut values: Vec<&str> = notes.map(|(_, value)| value.as_str()).collect();
+        values.sort_unstable();
+        values.dedup();
+        *value = values.join(", ");
+    }
+    let mut set = |key: &str, value: String| match pairs.iter_mut().find(|(of, _)| of == key) {
+        Some(pair) => pair.1 = value,
+        None => pairs.push((key.to_owned(), value)),
+    };
+    set(merged.unit.name(), merged.count.to_string());
+    set("merged_parts", parts.len().to_string());
+    set("dispatches", merged.dispatches.to_string());
+    set("dropped_samples", merged.dropped_samples.to_string());
+    merged.counts.iter().for_each(|(name, count)| set(name, count.to_string()));
+    if let Some(noise) = noise {
+        set("noise", format!("{:.6}", noise.relative));
+    }
+    pairs
 }
 
 /// The settings of the denoiser.

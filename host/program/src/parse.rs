@@ -1,6 +1,7 @@
 //! Words of a command line: sizes, numbers, and how what is asked for is refused.
 
 use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -39,6 +40,32 @@ impl FromStr for Size {
     fn from_str(text: &str) -> Result<Self, String> {
         let (width, height) = text.split_once(['x', 'X']).ok_or("it has to be WIDTHxHEIGHT, as in 640x480")?;
         Ok(Self { width: saturating(width)?, height: saturating(height)? })
+    }
+}
+
+/// Some of what is counted from 0, as A..B, where B is one of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Span {
+    first: u32,
+    last: u32,
+}
+
+impl Span {
+    pub(crate) fn range(self) -> Range<u32> {
+        self.first..self.last + 1
+    }
+}
+
+impl FromStr for Span {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (first, last) = text.split_once("..").ok_or("it has to be A..B, as in 0..63 for the first 64")?;
+        let (first, last) = (natural(first)?, natural(last)?);
+        if first > last || last == u32::MAX {
+            return Err(format!("it has to be A..B with A <= B < {}, as in 0..63 for the first 64", u32::MAX));
+        }
+        Ok(Self { first, last })
     }
 }
 
@@ -87,6 +114,15 @@ mod tests {
         assert_eq!("1X99999999999999999999".parse(), Ok(Size { width: 1, height: u64::MAX }));
         for text in ["", "640", "x", "1x", "-1x1", "1x1x1", "1.5x2"] {
             text.parse::<Size>().unwrap_err();
+        }
+    }
+
+    #[test]
+    fn spans_have_both_ends() {
+        assert_eq!("3..7".parse::<Span>().map(Span::range), Ok(3..8));
+        assert_eq!("0..0".parse::<Span>().map(Span::range), Ok(0..1));
+        for text in ["", "3", "7..3", "..3", "3..", "3..=7", "-1..2", "0..4294967295"] {
+            text.parse::<Span>().unwrap_err();
         }
     }
 }

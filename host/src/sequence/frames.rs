@@ -25,13 +25,26 @@ pub struct Stage {
     pub arenas: [Buffer; 3],
     /// How long dispatches may be. Buffers do not depend on it.
     pub dispatches: Dispatches,
+    /// What the plan makes, if it is less than an image: its output is a sum then.
+    pub share: Option<Share>,
+}
+
+/// Some samples of some pixels of an image, of a technique that repeats samples: the pixels of a tile, which has the size of the stage, and an
+/// aligned block of samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// Column and row of the tile's upper left pixel.
+    pub corner: [u32; 2],
+    /// The first sample, a multiple of their number, which is a power of two.
+    pub first: u32,
 }
 
 impl Stage {
     /// A film for the stage, of `samples` for each repeat, in blocks of at most 2^`largest_block`.
     pub(crate) fn film(&self, samples: u32, largest_block: u32) -> Capacity {
         let samples = self.most.saturating_mul(samples);
-        Capacity { size: self.size, samples, largest_block, progressive: self.progressive }
+        let (progressive, is_sum) = (self.progressive, self.share.is_some());
+        Capacity { size: self.size, samples, largest_block, progressive, is_sum }
     }
 }
 

@@ -112,6 +112,7 @@ impl Setup {
             features: self.scene.features,
             arenas: moments.buffers(),
             dispatches,
+            share: None,
         }
     }
 

@@ -1,7 +1,6 @@
 //! Divides the film by the number of samples.
 
 use restir_shared::layout::{FilmParams, FilmPixel};
-use restir_shared::num;
 
 kernel! {
     /// `mean = sum / samples`, pixel by pixel; the count of dropped samples is kept.
@@ -12,12 +11,7 @@ kernel! {
         own { 2: mean: FilmPixel },
     }
     |x, y, at, p| {
-        let pixel = sum[(y * p.width + x) as usize];
-        let mean_of = |x| num::flush(num::div(x, p.samples));
-        mean[at] = FilmPixel {
-            sum: [mean_of(pixel.sum[0]), mean_of(pixel.sum[1]), mean_of(pixel.sum[2])],
-            dropped: pixel.dropped,
-        }
+        mean[at] = sum[(y * p.width + x) as usize].mean(p.samples);
     }
 }
 

@@ -15,7 +15,10 @@ kernel! {
         read {},
         own { 4: film: FilmPixel },
     }
-    |x, y, at, p, scene| film[at] = technique::path::pixel(&scene, &p.specialised(settings).in_blocks(block), x, y);
+    |x, y, at, p, scene| {
+        let [column, row] = p.in_image([x, y]);
+        film[at] = technique::path::pixel(&scene, &p.specialised(settings).in_blocks(block), column, row);
+    };
     simd [FEATURES_DIFFUSE, FEATURE_ENVIRONMENT, FEATURES_UNTEXTURED, FEATURES_UNTEXTURED | FEATURE_ENVIRONMENT]
-    |token| technique::path::pixels(&scene, &p.specialised(settings).in_blocks(block), [x, y], film, token)
+    |token| technique::path::pixels(&scene, &p.specialised(settings).in_blocks(block), p.in_image([x, y]), film, token)
 }

@@ -13,7 +13,7 @@ kernel! {
         own { 4: entries: PackedEntry, 5: film: FilmPixel },
     }
     |x, y, at, p, scene| {
-        let entered = hybrid::enter(&scene, &p.specialised(settings), [x, y]);
+        let entered = hybrid::enter(&scene, &p.specialised(settings), p.path.in_image([x, y]));
         entries[at] = entered.entry;
         film[at] = entered.sample;
     }

@@ -15,7 +15,7 @@ kernel! {
     |x, y, at, p, scene| {
         let index = (y * p.path.width + x) as usize;
         if entries[index].is_inside() {
-            film[at] = hybrid::leave(&scene, &p.specialised(settings), entries[index], exits[index], [x, y]);
+            film[at] = hybrid::leave(&scene, &p.specialised(settings), entries[index], exits[index], p.path.in_image([x, y]));
         }
     }
 }

@@ -16,7 +16,7 @@ kernel! {
     }
     |x, y, at, p, scene| {
         if (p.begins != 0) | walkers[at].goes_on() {
-            let stretch = media::stretch_clear(&scene, &p.specialised(settings), walkers[at], tallies[at], [x, y]);
+            let stretch = media::stretch_clear(&scene, &p.specialised(settings), walkers[at], tallies[at], p.path.in_image([x, y]));
             walkers[at] = stretch.walker;
             tallies[at] = stretch.tally;
             if !stretch.walker.goes_on() {

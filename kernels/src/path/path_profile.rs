@@ -15,7 +15,7 @@ kernel! {
     |x, y, at, p, scene| {
         let index = (y * p.path.width + x) as usize;
         if entries[index].is_inside() {
-            let gathered = hybrid::gather(&scene, &p.specialised(settings), entries[index], [x, y]);
+            let gathered = hybrid::gather(&scene, &p.specialised(settings), entries[index], p.path.in_image([x, y]));
             exits[at] = gathered.exit;
             film[at] = gathered.sample;
         }

@@ -3,6 +3,7 @@
 mod denoiser;
 mod numbered;
 mod outputs;
+mod part;
 mod stop;
 
 use std::ops::RangeInclusive;
@@ -12,6 +13,7 @@ use std::time::{Duration, Instant};
 use restir::advanced::aov::Shot;
 use restir::advanced::checkpoint::{Checkpoint, render_resumed};
 use restir::advanced::output;
+use restir::advanced::part::Unit;
 use restir::exec::{Description, Step};
 use restir::image::Channel;
 use restir::render::{Images, Progress, Render, Rendered, Shows};
@@ -25,7 +27,8 @@ use super::scrambles::{self, Mean};
 use super::technique::{Frames, MAX_FRAME, PixelArguments, TechniqueArguments, cameras, configured, refuse_unused};
 use super::{console, device, interrupt, metadata, progress::patiently, progress::reported, tev::Viewer};
 use denoiser::Denoiser;
-use outputs::Outputs;
+pub(super) use outputs::Outputs;
+use part::{Asked, PartArguments};
 use stop::Stop;
 
 /// How often a render that can be resumed writes down what is done.
@@ -57,7 +60,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     layers: bool,
     /// Save what is done in this file, every minute and on Ctrl-C, and go on from it if it is there. It is deleted once
-    /// the render is done.
+    /// the render is done. Of --frames A..B (ReSTIR) it has the state after a frame, from which the render of the next ones goes on, and stays.
     #[arg(long, value_name = "FILE", conflicts_with = "layers")]
     resume: Option<PathBuf>,
     /// Render a turntable: the camera goes once around its target in this many frames, each written to its own file.
@@ -66,6 +69,8 @@ pub(super) struct Arguments {
     /// Of several frames, skip those whose file is already there, if it is of the same render.
     #[arg(long)]
     skip_existing: bool,
+    #[command(flatten)]
+    part: PartArguments,
     #[command(flatten)]
     stop: Stop,
     /// Show the image in the viewer tev while it renders; tev listens at this address.
@@ -101,7 +106,10 @@ struct Finished {
 
 impl Arguments {
     /// The frames that become files of their own.
-    fn numbered(&self) -> Result<Option<RangeInclusive<u32>>, Error> {
+    fn numbered(&self, part: Option<&Asked>) -> Result<Option<RangeInclusive<u32>>, Error> {
+        if part.is_some_and(|part| part.unit == Unit::Frames) {
+            return Ok(None);
+        }
         let frames = match (&self.technique.frames, self.turntable) {
             (_, Some(frames)) => 0..=frames.saturating_sub(1),
             (Some(Frames::Each(frames)), None) => frames.clone(),
@@ -117,7 +125,6 @@ impl Arguments {
         let of_one = [
             ("--accumulate", self.accumulate),
             ("--layers", self.layers),
-            ("--resume", self.resume.is_some()),
             ("--seconds", self.stop.seconds.is_some()),
             ("--noise", self.stop.noise.is_some()),
         ];
@@ -133,7 +140,12 @@ impl Arguments {
     }
 
     /// What is asked for, seen by the scene's camera.
-    fn render(&self, scene: &Scene, numbered: Option<&RangeInclusive<u32>>) -> Result<Render, Error> {
+    fn render(
+        &self,
+        scene: &Scene,
+        numbered: Option<&RangeInclusive<u32>>,
+        part: Option<&Asked>,
+    ) -> Result<Render, Error> {
         let size = self.size.map_or(Ok(scene.default_size.unwrap_or(DEFAULT_SIZE)), Size::sides)?;
         let options = &self.technique;
         let technique = configured(&options.name, &options.settings, self.max_depth, self.pixel.jitter())?;
@@ -155,7 +167,7 @@ impl Arguments {
                 .map_err(|_| Error::Setting(format!("--spp is too large; give at most {}", u32::MAX)))?,
             (None, Some(Frames::Count(count)), _) => *count,
             (None, _, Some(frames)) if about.repeats == Repeats::Frames => frames.end() + 1,
-            _ => about.default_count,
+            _ => part.and_then(Asked::least_samples).unwrap_or(about.default_count),
         };
         let viewed = self.tev.is_some() && !self.layers && !self.stop.is_asked();
         let every = viewed || (numbered.is_some() && about.repeats == Repeats::Frames);
@@ -291,8 +303,13 @@ impl Task<'_> {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { additions, outputs, technique: options, .. } = arguments;
     arguments.stop.check()?;
-    let numbered = arguments.numbered()?;
-    let mut written = numbered.as_ref().map_or_else(|| outputs.of_one(), |frames| outputs.of_each(frames))?;
+    let part = arguments.part()?;
+    let numbered = arguments.numbered(part.as_ref())?;
+    let mut written = match (&part, &numbered) {
+        (Some(_), frames) => outputs.of_parts(frames.as_ref())?,
+        (None, None) => outputs.of_one()?,
+        (None, Some(frames)) => outputs.of_each(frames)?,
+    };
     if let Some(resume) = &arguments.resume {
         output::check_writable(resume)?;
         written.push(resume.clone());
@@ -302,7 +319,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut scene = additions.open(&arguments.scene)?;
     refuse_overwriting(&scene.files, &written)?;
     arguments.denoise.map_or(Ok(()), |denoiser| denoiser.check(numbered.is_some()))?;
-    let render = arguments.render(&scene, numbered.as_ref())?;
+    let render = arguments.render(&scene, numbered.as_ref(), part.as_ref())?;
     let size = [render.width, render.height];
     additions.complete(&mut scene, size)?;
     let buffers = additions.buffers(&scene)?;
@@ -311,10 +328,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let cameras = cameras(path.as_ref(), buffers.camera, frames)?;
     let render = Render { cameras, ..render };
     render.check(&buffers)?;
+    let is_of_samples = render.technique.about().repeats == Repeats::Samples;
+    let problem = format_args!(
+        "--resume is for one image of path tracing, whose frames do without each other; give --skip-existing instead"
+    );
+    require(numbered.is_none() || arguments.resume.is_none() || !is_of_samples, problem)?;
     remark(&render, &buffers, numbered.is_none() && path.is_none());
     let task = Task { arguments, scene: &scene, buffers: &buffers, path };
     let mut viewer = Viewer::open(arguments.tev.as_deref(), outputs.output.display().to_string(), size)?;
     let mut device = device::open_for(&arguments.device, &buffers, &render)?;
+    if let Some(part) = part {
+        return task.part(device.as_mut(), &render, &part, numbered);
+    }
     match numbered {
         None => task.one(device.as_mut(), &mut viewer, render),
         Some(frames) => task.numbered(device.as_mut(), &mut viewer, &render, frames),

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::time::Instant;
 
-use restir::advanced::checkpoint;
+use restir::advanced::checkpoint::{self, Checkpoint, Watch, render_frames};
 use restir::exec::{Description, Executor, Step};
 use restir::image::read_exr_metadata;
 use restir::render::{Images, Progress, Render, Rendered, Shows};
 use restir::{Error, buffers::SceneBuffers, technique::Repeats};
 
 use super::super::{console, interrupt, progress::reported, tev::Viewer};
-use super::{Finished, Task, warn};
+use super::{CHECKPOINT_EVERY, Finished, Task, warn};
 
 /// Parts of a frame in which progress is told.
 const PARTS: u64 = 1000;
@@ -21,6 +21,33 @@ type Observe<'a> = dyn FnMut(Progress) -> Result<(), Error> + 'a;
 /// A name of the frame's render, however it is shown on the way.
 fn name_of(scene: &SceneBuffers, render: &Render, device: &Description) -> String {
     checkpoint::name_of(scene, &Render { shows: Shows::Last, ..render.clone() }, device)
+}
+
+/// The render that ends with a frame, which is its last one.
+fn ending(render: &Render, frame: u32) -> Render {
+    Render { count: frame + 1, shows: Shows::Last, ..render.clone() }
+}
+
+/// Frames of one render, some of which are written.
+struct Chain<'a, 'b> {
+    files: &'a mut Files<'b>,
+    description: Description,
+    render: &'a Render,
+    /// The frames that are to be written, and the name of each.
+    missing: BTreeMap<u32, String>,
+    observe: &'a mut Observe<'a>,
+}
+
+impl Watch for Chain<'_, '_> {
+    fn progress(&mut self, progress: Progress) -> Result<(), Error> {
+        (self.observe)(progress)
+    }
+
+    fn frame(&mut self, frame: u32, images: &Images<'_>, step: &Step<'_>) -> Result<(), Error> {
+        let Some(name) = self.missing.remove(&frame) else { return Ok(()) };
+        let rendered = images.read(step)?;
+        self.files.write(&self.description, frame, ending(self.render, frame), rendered, name)
+    }
 }
 
 /// What becomes of each frame.
@@ -105,32 +132,21 @@ impl Files<'_> {
         frames: RangeInclusive<u32>,
         observe: &mut Observe<'_>,
     ) -> Result<(), Error> {
-        // each is the last one of a render that ends there
-        let ending = |frame: u32| Render { count: frame + 1, shows: Shows::Last, ..render.clone() };
         let description = device.describe();
         let mut missing = BTreeMap::new();
         for frame in frames {
-            let name = name_of(self.task.buffers, &ending(frame), &description);
+            let name = name_of(self.task.buffers, &ending(render, frame), &description);
             if !self.is_there(frame, &name)? {
                 missing.insert(frame, name);
             }
         }
-        let Some((&last, _)) = missing.last_key_value() else { return Ok(()) };
-        let render = Render { count: last + 1, ..render.clone() };
-        let images = Images::new(self.task.buffers, &render);
-        let mut frame = 0;
-        render.render_observed(self.task.buffers, device, &mut |step| {
-            observe(step.progress)?;
-            if images.is_finished(step) {
-                if let Some(name) = missing.remove(&frame) {
-                    let rendered = images.read(step)?;
-                    self.write(&description, frame, ending(frame), rendered, name)?;
-                }
-                frame += 1;
-            }
-            Ok(())
-        })?;
-        Ok(())
+        let (Some((&first, _)), Some((&last, _))) = (missing.first_key_value(), missing.last_key_value()) else {
+            return Ok(());
+        };
+        let state = self.task.arguments.resume.as_ref().map(|path| Checkpoint { path, every: CHECKPOINT_EVERY });
+        let task = self.task;
+        let mut chain = Chain { files: self, description, render, missing, observe };
+        render_frames(device, task.buffers, render, first..last + 1, state, &mut chain).map(drop)
     }
 
     /// Whether the frame may be left out.

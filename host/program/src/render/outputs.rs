@@ -66,6 +66,38 @@ impl Outputs {
         Ok(files)
     }
 
+    /// The files of an image that is merged of parts. They can be written.
+    pub(in super::super) fn of_merged(&self) -> Result<Vec<PathBuf>, Error> {
+        let problem = "--aov is for restir render, which sees the scene; leave it out, and render the layers by --spp 1 to another file";
+        require(self.aov.is_empty(), format_args!("{problem}"))?;
+        self.of_one()
+    }
+
+    /// The files of parts: of one image, or of each of some frames. They can be written.
+    pub(super) fn of_parts(&self, frames: Option<&RangeInclusive<u32>>) -> Result<Vec<PathBuf>, Error> {
+        let of_images = [
+            ("--png", self.png.is_some()),
+            ("--exposure", self.exposure.is_some()),
+            ("--tonemap", self.tonemap.is_some()),
+            ("--aov", !self.aov.is_empty()),
+        ];
+        let given = of_images.iter().find(|(_, given)| *given).map_or("", |(option, _)| option);
+        require(given.is_empty(), format_args!("{given} is for whole images; leave it out of a part"))?;
+        let part = self.output.display();
+        let problem = format_args!(
+            "a part of an image cannot be shown; give -o FILE.part instead of {part}, and `restir merge` makes the image"
+        );
+        require(ends_in(&self.output, "part"), problem)?;
+        let Some(frames) = frames else {
+            output::check_writable(&self.output)?;
+            return Ok(vec![self.output.clone()]);
+        };
+        let files: Vec<PathBuf> =
+            frames.clone().map(|frame| Ok(self.of_frame(frame)?.output)).collect::<Result<_, Error>>()?;
+        files.first().map_or(Ok(()), |file| output::check_writable(file))?;
+        Ok(files)
+    }
+
     /// The files of one image, whose names have no place for a number. They can be written.
     pub(super) fn of_one(&self) -> Result<Vec<PathBuf>, Error> {
         let place = self.files().find(|file| file.to_string_lossy().contains("####"));
@@ -110,7 +142,12 @@ impl Outputs {
     }
 
     /// Writes them. The EXR file comes last: where it is, all are.
-    pub(super) fn write(&self, image: &Image, more: &[Channel], metadata: &[(String, String)]) -> Result<(), Error> {
+    pub(in super::super) fn write(
+        &self,
+        image: &Image,
+        more: &[Channel],
+        metadata: &[(String, String)],
+    ) -> Result<(), Error> {
         let operator = self.tonemap.unwrap_or(Operator::Clamp);
         let tone = Tone { exposure: self.exposure.unwrap_or(0.0), operator };
         self.png.as_ref().map_or(Ok(()), |path| write_png(path, &tone.of(image)))?;

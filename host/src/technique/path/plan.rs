@@ -5,9 +5,9 @@ use super::media::{COUNTS, Media};
 use super::{PathSettings, Subsurface};
 use crate::Error;
 use crate::exec::Dispatches;
-use crate::film::Film;
+use crate::film::{Film, aligned_blocks};
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
-use crate::sequence::{Frame, Sequence, Stage, Work};
+use crate::sequence::{Frame, Sequence, Share, Stage, Work};
 use crate::technique::{PixelFilter, Technique};
 use restir_kernels::path::{path, path_media, path_media_clear};
 use restir_shared::film::MAX_BLOCK_LOG2;
@@ -47,20 +47,6 @@ fn block_log2(settings: &PathSettings, [width, height]: [u32; 2], limits: &Limit
     asked.min(loops).min(MAX_BLOCK_LOG2)
 }
 
-/// `samples` samples from `first` on as aligned blocks (first, log2 of the size), of at most 2^`largest` samples each.
-fn aligned_blocks(mut first: u32, samples: u32, largest: u32) -> impl Iterator<Item = (u32, u32)> + Send {
-    let end = first + samples;
-    std::iter::from_fn(move || {
-        let left = end - first;
-        (left > 0).then(|| {
-            let log2 = largest.min(left.ilog2()).min(first.trailing_zeros());
-            let block = (first, log2);
-            first += 1 << log2;
-            block
-        })
-    })
-}
-
 /// Number of blocks of samples from 0 on: whole ones, then one for each bit of the remainder.
 fn block_count(samples: u32, largest: u32) -> u64 {
     u64::from(samples >> largest) + u64::from((samples & ((1 << largest) - 1)).count_ones())
@@ -73,6 +59,7 @@ pub(super) struct Paths {
     seed: u32,
     largest: u32,
     progressive: bool,
+    share: Option<Share>,
     buffers: Vec<Buffer>,
     film: Film,
     /// Where light scatters inside of things, and is followed.
@@ -112,6 +99,7 @@ impl Paths {
             seed: stage.seed,
             largest: largest_of(stage.dispatches),
             progressive: stage.progressive,
+            share: stage.share,
             buffers,
             film,
             media,
@@ -153,7 +141,7 @@ impl Paths {
             seed: self.seed,
             max_depth: self.settings.max_depth,
             flags,
-            reserved: 0,
+            corner: self.share.map_or(0, |share| share.corner[0] | share.corner[1] << 16),
         };
         if let Some(media) = &mut self.media {
             media.begin(params, plane);
@@ -222,7 +210,11 @@ impl Sequence for Paths {
         }
         // a block is aligned within the mean that it belongs to
         let (held, samples, largest) = (self.film.samples(), frame.samples, self.largest);
-        let base = if self.progressive { 0 } else { frame.index.wrapping_mul(samples) };
+        let base = match self.share {
+            Some(share) => share.first,
+            None if self.progressive => 0,
+            None => frame.index.wrapping_mul(samples),
+        };
         let blocks = if held == 0 {
             block_count(samples, largest)
         } else {
@@ -293,7 +285,7 @@ mod tests {
     fn every_pass_finds_a_plane_and_is_counted() {
         let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
         let counted = |render: &Render, dispatches| {
-            let plan = render.plan_of(&scene, dispatches);
+            let plan = render.plan_of(&scene, dispatches, None);
             let (planes, pass_count) = (plan.buffers.len() - ARENAS.len(), plan.pass_count);
             let passes: Vec<Pass> = plan.passes.map(|pass| pass.expect("a pass")).collect();
             let bound = passes.iter().flat_map(|pass| &pass.bindings).filter(|id| **id >= ARENAS.len());

@@ -17,9 +17,9 @@ pub struct PathParams {
     pub scene: SceneHeader,
     /// The camera from which paths begin.
     pub camera: CameraParams,
-    /// Image width in pixels, at most 16384.
+    /// Width in pixels of what is traced, an image or a tile of it; at most 16384.
     pub width: u32,
-    /// Image height in pixels, at most 16384.
+    /// Its height in pixels, at most 16384.
     pub height: u32,
     /// Index of the first sample, a multiple of `2^block_log2`.
     pub first_sample: u32,
@@ -31,8 +31,8 @@ pub struct PathParams {
     pub max_depth: u32,
     /// What it does.
     pub flags: PathFlags,
-    /// Zero.
-    pub reserved: u32,
+    /// Where in the image a tile has its upper left corner: the column, and the row times 2^16. Zero of a whole image.
+    pub corner: u32,
 }
 
 impl Extent for PathParams {
@@ -62,6 +62,12 @@ impl PathParams {
     #[must_use]
     pub fn in_blocks(self, bits: u32) -> Self {
         Self { block_log2: self.block_log2 & bits, ..self }
+    }
+
+    /// The pixel of the image that is the tile's pixel (x, y).
+    #[inline(always)]
+    pub fn in_image(&self, [x, y]: [u32; 2]) -> [u32; 2] {
+        [x.wrapping_add(self.corner & 0xffff), y.wrapping_add(self.corner >> 16)]
     }
 
     /// How samples are spread.
