@@ -5,8 +5,9 @@ mod far;
 mod foreign;
 mod frames;
 mod gltf;
+mod parts;
 mod posed;
 mod reported;
 mod session;
 
-restir_tests::suites! { dim far foreign frames gltf posed reported session }
+restir_tests::suites! { dim far foreign frames gltf parts posed reported session }

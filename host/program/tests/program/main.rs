@@ -23,6 +23,7 @@ mod motion;
 mod mutation;
 mod numbered;
 mod overwriting;
+mod parts;
 mod results;
 #[cfg(unix)]
 mod signals;
