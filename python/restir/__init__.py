@@ -1,0 +1,606 @@
+"""ReSTIR, path tracing and subsurface scattering, with the same bits on CPU and GPU.
+
+>>> import restir
+>>> scene = restir.load("cornell")
+>>> image = restir.render(scene, technique="restir-di", samples=4, size=(32, 24))
+>>> image.color.shape
+(24, 32, 3)
+
+Images are numpy arrays of linear RGB radiance, rows from top to bottom. Every error is a :class:`RestirError` whose
+text says what is wrong, where, and what to do.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from . import _restir
+from ._restir import Device, RestirError, __version__
+
+__all__ = [
+    "Camera",
+    "Device",
+    "Image",
+    "RestirError",
+    "Scene",
+    "Session",
+    "Tile",
+    "bench",
+    "compare",
+    "devices",
+    "explain",
+    "load",
+    "merge",
+    "noise",
+    "read",
+    "render",
+    "render_part",
+    "scenes",
+    "settings",
+    "techniques",
+]
+
+Progress = Callable[[float], object]
+Settings = Mapping[str, object]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A perspective camera.
+
+    ``fov`` is the vertical field of view in degrees. With a ``lens_radius`` of 0 everything is sharp, else what is
+    ``focus_distance`` away along the view, or as far as ``target``.
+    """
+
+    position: Sequence[float]
+    target: Sequence[float]
+    up: Sequence[float] = (0.0, 1.0, 0.0)
+    fov: float = 40.0
+    lens_radius: float = 0.0
+    focus_distance: float | None = None
+
+    def _tuple(self) -> tuple:
+        position, target, up = ([float(x) for x in v] for v in (self.position, self.target, self.up))
+        return position, target, up, float(self.fov), float(self.lens_radius), self.focus_distance
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A rectangle of pixels; ``x`` and ``y`` are the column and row of its upper left one."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class Image:
+    """An image: ``color`` is (height, width, 3), float32; ``layers`` are further arrays by name.
+
+    ``np.asarray(image)`` and ``np.from_dlpack(image)`` give the colour without a copy. ``metadata`` says how it was made.
+    """
+
+    color: np.ndarray
+    layers: dict[str, np.ndarray] = field(default_factory=dict)
+    metadata: dict[str, str] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The colour, or a layer by its name."""
+        return self.color if name == "color" else self.layers[name]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        if dtype is None and not copy:
+            return self.color
+        return np.array(self.color, dtype=dtype, copy=True)
+
+    def __dlpack__(self, **arguments: Any) -> Any:
+        return self.color.__dlpack__(**arguments)
+
+    def __dlpack_device__(self) -> Any:
+        return self.color.__dlpack_device__()
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes the colour: radiance to an ``.exr`` file, or what a screen shows to a ``.png`` file."""
+        _restir.write_image(os.fspath(path), np.ascontiguousarray(self.color, np.float32), list(self.metadata.items()))
+
+
+class Scene:
+    """A scene, read by :func:`load` or made of arrays. Editing it changes what is rendered next."""
+
+    def __init__(self, _native: _restir.Scene | None = None) -> None:
+        self._native = _restir.Scene() if _native is None else _native
+
+    def __repr__(self) -> str:
+        return repr(self._native)
+
+    def copy(self) -> Scene:
+        """The same scene, which can be edited apart; meshes are shared until then."""
+        return Scene(self._native.copy())
+
+    @property
+    def name(self) -> str:
+        """A built-in scene's name, or the file."""
+        return self._native.name
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the import skipped or assumed, a sentence each."""
+        return self._native.warnings
+
+    @property
+    def default_size(self) -> tuple[int, int] | None:
+        """Width and height that suit the scene, in pixels."""
+        return self._native.default_size
+
+    @property
+    def mesh_names(self) -> list[str]:
+        """Names of the meshes, by their index."""
+        return self._native.mesh_names
+
+    @property
+    def material_names(self) -> list[str]:
+        """Names of the materials, by their index."""
+        return self._native.material_names
+
+    @property
+    def instance_count(self) -> int:
+        """How many placed meshes there are."""
+        return self._native.instance_count
+
+    @property
+    def camera(self) -> Camera | None:
+        """The camera; without one the scene is framed automatically."""
+        camera = self._native.camera
+        return None if camera is None else Camera(*camera)
+
+    @camera.setter
+    def camera(self, camera: Camera) -> None:
+        self._native.set_camera(camera._tuple())
+
+    def add_material(
+        self,
+        name: str = "material",
+        *,
+        base_color: Sequence[float] = (0.8, 0.8, 0.8),
+        emission: Sequence[float] = (0.0, 0.0, 0.0),
+        metallic: float = 0.0,
+        roughness: float = 1.0,
+        ior: float = 1.0,
+        transmission: float = 0.0,
+        two_sided_emission: bool = False,
+        attenuation: tuple[Sequence[float], float] | None = None,
+        mean_free_path: Sequence[float] | None = None,
+        anisotropy: float = 0.0,
+    ) -> int:
+        """Adds a material of glTF's model, and gives its index.
+
+        With an ``ior`` of 1 it has no specular reflection. ``attenuation`` is the colour that is left of white light
+        after a distance inside; with a ``mean_free_path`` by channel the inside scatters light, and ``base_color`` is
+        the colour of a thick body of it.
+        """
+        return self._native.add_material(
+            name,
+            base_color=list(base_color),
+            emission=list(emission),
+            metallic=metallic,
+            roughness=roughness,
+            ior=ior,
+            transmission=transmission,
+            two_sided_emission=two_sided_emission,
+            attenuation=None if attenuation is None else (list(attenuation[0]), attenuation[1]),
+            mean_free_path=None if mean_free_path is None else list(mean_free_path),
+            anisotropy=anisotropy,
+        )
+
+    def add_mesh(
+        self,
+        positions: Any,
+        indices: Any,
+        material: int,
+        *,
+        normals: Any = None,
+        uvs: Any = None,
+        name: str = "mesh",
+    ) -> int:
+        """Adds a triangle mesh, and gives its index: positions (n, 3), indices (m, 3), counter-clockwise in front.
+
+        It is seen once :meth:`add_instance` has placed it. Without ``normals`` (n, 3) it is faceted.
+        """
+        optional = [None if array is None else np.ascontiguousarray(array, np.float32) for array in (normals, uvs)]
+        positions, indices = np.ascontiguousarray(positions, np.float32), np.ascontiguousarray(indices, np.uint32)
+        return self._native.add_mesh(name, positions, indices, material, *optional)
+
+    def positions(self, mesh: int) -> np.ndarray:
+        """The vertices of a mesh, (n, 3); a copy."""
+        return self._native.positions(mesh)
+
+    def indices(self, mesh: int) -> np.ndarray:
+        """The triangles of a mesh, (m, 3); a copy."""
+        return self._native.indices(mesh)
+
+    def set_positions(self, mesh: int, positions: Any) -> None:
+        """Moves the vertices of a mesh, whose number stays."""
+        self._native.set_positions(mesh, np.ascontiguousarray(positions, np.float32))
+
+    def add_instance(self, mesh: int, transform: Any = None) -> int:
+        """Places a mesh by a matrix (4, 4) that multiplies column vectors; gives the index of the instance."""
+        return self._native.add_instance(mesh, None if transform is None else np.ascontiguousarray(transform, np.float64))
+
+    def set_transform(self, instance: int, transform: Any) -> None:
+        """Places an instance anew."""
+        self._native.set_transform(instance, np.ascontiguousarray(transform, np.float64))
+
+    def add_light(
+        self,
+        kind: str,
+        intensity: Sequence[float],
+        *,
+        position: Sequence[float] | None = None,
+        direction: Sequence[float] | None = None,
+        inner: float = 0.0,
+        outer: float = 45.0,
+    ) -> None:
+        """Adds a ``point``, ``spot`` or ``directional`` light; the angles of a spot light are in degrees."""
+        position, direction = (None if v is None else [float(x) for x in v] for v in (position, direction))
+        self._native.add_light(kind, list(intensity), position, direction, inner, outer)
+
+    def set_environment(self, radiance: Any, *, scale: float = 1.0, rotation: float = 0.0) -> None:
+        """Light from all around: a latitude-longitude image (height, width, 3), turned about +y by degrees."""
+        radiance = np.ascontiguousarray(radiance, np.float32)
+        if radiance.ndim == 1:
+            radiance = np.broadcast_to(radiance, (1, 2, 3)).copy()
+        self._native.set_environment(radiance, scale, rotation)
+
+    def fill(self, medium: str, scale: float | None = None) -> None:
+        """Fills all closed meshes that emit nothing with a medium that scatters light.
+
+        ``medium`` is a name or a colour ("milk", "0.9,0.5,0.2"), ``scale`` the length of a millimetre in the scene.
+        """
+        self._native.fill(medium, scale)
+
+    def add_default_light(self) -> None:
+        """Adds a light above the scene."""
+        self._native.add_default_light()
+
+
+def load(
+    scene: str | os.PathLike[str],
+    *,
+    environment: Any = None,
+    subsurface: str | None = None,
+    default_light: bool = False,
+) -> Scene:
+    """Loads a built-in scene by its name (:func:`scenes` lists them), or a ``.gltf`` or ``.glb`` file.
+
+    ``environment`` is a latitude-longitude image, as an array, an :class:`Image` or an EXR file. What the import skips
+    or assumes comes as warnings.
+    """
+    loaded = Scene(_restir.Scene.load(os.fspath(scene)))
+    for warning in loaded.warnings:
+        warnings.warn(warning, stacklevel=2)
+    if environment is not None:
+        is_file = isinstance(environment, (str, os.PathLike))
+        loaded.set_environment(np.asarray(read(environment) if is_file else environment))
+    if subsurface is not None:
+        loaded.fill(subsurface)
+    if default_light:
+        loaded.add_default_light()
+    return loaded
+
+
+_opened: dict[str, Device] = {}
+
+
+def _device(device: str | Device) -> Device:
+    """A device by its name is opened once."""
+    if isinstance(device, Device):
+        return device
+    if device not in _opened:
+        _opened[device] = Device(device)
+    return _opened[device]
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return str(value)
+
+
+def _pairs(given: Settings | None, max_depth: int | None = None) -> list[str]:
+    pairs = [f"{key}={_text(value)}" for key, value in (given or {}).items()]
+    # a preset sets everything
+    pairs.sort(key=lambda pair: not pair.startswith("preset="))
+    return pairs + ([] if max_depth is None else [f"max_depth={max_depth}"])
+
+
+def _repeats(technique: str) -> str:
+    for name, repeats, _ in _restir.techniques():
+        if name == technique:
+            return repeats
+    return "samples"
+
+
+def _request(
+    technique: str,
+    settings: Settings | None,
+    size: tuple[int, int] | None,
+    count: int | None,
+    accumulate: bool,
+    seed: int,
+    camera: Camera | None,
+    frame: float,
+    denoise: bool,
+    max_depth: int | None,
+) -> dict[str, Any]:
+    return {
+        "technique": technique,
+        "settings": _pairs(settings, max_depth),
+        "size": None if size is None else list(size),
+        "count": count,
+        "accumulate": accumulate,
+        "seed": seed,
+        "camera": None if camera is None else camera._tuple(),
+        "frame": float(frame),
+        "denoise": denoise,
+    }
+
+
+def render(
+    scene: Scene,
+    *,
+    technique: str = "path",
+    samples: int | None = None,
+    frames: int | None = None,
+    settings: Settings | None = None,
+    size: tuple[int, int] | None = None,
+    max_depth: int | None = None,
+    seed: int = 0,
+    camera: Camera | None = None,
+    frame: float = 0.0,
+    denoise: bool = False,
+    layers: Iterable[str] = (),
+    inspect: bool = False,
+    device: str | Device = "cpu",
+    progress: Progress | None = None,
+) -> Image:
+    """Renders an image.
+
+    ``samples`` are samples a pixel of path tracing, and of techniques that reuse the frames that the image is the mean
+    of. With ``frames`` instead, the image is the last one of so many frames. ``settings`` are those that
+    :func:`settings` lists. ``size`` is (width, height). ``layers`` are what the camera sees: albedo, normal, depth,
+    position, motion, id, scattering; with ``inspect`` the image also has those of the technique, its reservoirs.
+    ``progress`` is called with the share that is done. The interpreter's lock is free meanwhile, and Ctrl-C ends it.
+    """
+    count, accumulate = _count(technique, samples, frames)
+    request = _request(technique, settings, size, count, accumulate, seed, camera, frame, denoise, max_depth)
+    given = _restir.render(scene._native, request, list(layers), inspect, _device(device), progress)
+    color, more, metadata = given
+    return Image(color, more, dict(metadata))
+
+
+def _count(technique: str, samples: int | None, frames: int | None) -> tuple[int | None, bool]:
+    if samples is not None and frames is not None:
+        raise RestirError("samples and frames were both given; give samples for the mean, or frames for the last of them")
+    if frames is not None and _repeats(technique) == "samples":
+        raise RestirError(f"{technique} has no frames that reuse each other; give samples")
+    return (samples, _repeats(technique) == "frames" and samples is not None) if frames is None else (frames, False)
+
+
+def render_part(
+    path: str | os.PathLike[str],
+    scene: Scene,
+    *,
+    samples: range | None = None,
+    chains: range | None = None,
+    frames: range | int | None = None,
+    tile: Tile | None = None,
+    of: int | None = None,
+    technique: str = "path",
+    settings: Settings | None = None,
+    size: tuple[int, int] | None = None,
+    max_depth: int | None = None,
+    seed: int = 0,
+    camera: Camera | None = None,
+    frame: float = 0.0,
+    device: str | Device = "cpu",
+    progress: Progress | None = None,
+) -> None:
+    """Renders a part of an image to a file, which :func:`merge` puts together with others to the bits of one render.
+
+    The part is a range of ``samples`` of path tracing, of a ``tile`` if there is one; of ``chains`` of ``frames``
+    frames each, with a seed of its own each; or a range of ``frames`` of one chain. ``of`` is how many samples the image
+    has in all, if merging is to miss those that lack.
+    """
+    ranges = {"samples": samples, "chains": chains, "frames": frames if isinstance(frames, range) else None}
+    given = [(unit, of_unit) for unit, of_unit in ranges.items() if of_unit is not None]
+    if len(given) != 1:
+        raise RestirError("a part is of samples, of chains or of frames; give one range of them")
+    unit, span = given[0]
+    if span.step != 1:
+        raise RestirError(f"the range of {unit} has a step of {span.step}; give consecutive ones")
+    count = {"samples": of or span.stop, "chains": frames if isinstance(frames, int) else None, "frames": span.stop}[unit]
+    request = _request(technique, settings, size, count, unit == "chains", seed, camera, frame, False, max_depth)
+    corners = None if tile is None else (tile.x, tile.y, tile.width, tile.height)
+    native = scene._native, request, unit, (span.start, span.stop), corners
+    _restir.render_part(os.fspath(path), *native, _device(device), progress)
+
+
+def merge(parts: Iterable[str | os.PathLike[str]]) -> Image:
+    """Merges parts of one image, in any order. What lacks, is there twice or is of another render is an error."""
+    color, metadata = _restir.merge_parts([os.fspath(part) for part in parts])
+    return Image(color, {}, dict(metadata))
+
+
+def noise(parts: Iterable[str | os.PathLike[str]]) -> tuple[float, int]:
+    """The noise of the mean of parts, by how far they differ, and how many samples or chains it has.
+
+    It is the standard error, root mean square over the image, relative to the image's mean.
+    """
+    return _restir.noise_of_parts([os.fspath(part) for part in parts])
+
+
+class Session:
+    """Frame after frame, each of which reuses what those before it have found."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        technique: str = "restir-di",
+        settings: Settings | None = None,
+        size: tuple[int, int] | None = None,
+        seed: int = 0,
+        samples: int = 1,
+        mean_of: int | None = None,
+        denoise: bool = False,
+        device: str | Device = "cpu",
+    ) -> None:
+        """Of path tracing a frame has so many ``samples``; with ``mean_of`` the image is the mean of frames, of at most
+        so many, until the view changes."""
+        size = size or scene.default_size or (512, 512)
+        native = technique, _pairs(settings), list(size), seed, samples, mean_of, denoise, _device(device)
+        self._native = _restir.Session(scene._native, *native)
+        #: What became of earlier frames in the last one: "new", "kept", or what has changed.
+        self.history = "new"
+
+    def render(
+        self, *, camera: Camera | None = None, frame: float | None = None, scene: Scene | None = None
+    ) -> Image:
+        """The next frame, of the scene at a ``frame`` of its animation or as it was edited, if either is given."""
+        camera_tuple = None if camera is None else camera._tuple()
+        color, self.history = self._native.render(camera_tuple, frame, None if scene is None else scene._native)
+        return Image(color, {}, {"frame": str(self.frames - 1)})
+
+    @property
+    def frames(self) -> int:
+        """How many frames there were since the history began."""
+        return self._native.frames
+
+    def reset(self) -> None:
+        """Forgets earlier frames."""
+        self._native.reset()
+
+
+def explain(
+    scene: Scene,
+    pixel: tuple[int, int],
+    *,
+    technique: str = "path",
+    sample: int = 0,
+    frames: int | None = None,
+    settings: Settings | None = None,
+    size: tuple[int, int] | None = None,
+    max_depth: int | None = None,
+    seed: int = 0,
+    camera: Camera | None = None,
+    device: str | Device = "cpu",
+) -> dict[str, Any]:
+    """How a pixel (column, row) came about: its path, or where its reservoir's sample came from.
+
+    The item ``text`` has lines to read.
+    """
+    request = _request(technique, settings, size, frames, False, seed, camera, 0.0, False, max_depth)
+    text, data = _restir.explain(scene._native, request, list(pixel), sample, _device(device))
+    return {**json.loads(data), "text": text}
+
+
+@dataclass(frozen=True)
+class Technique:
+    """A technique: what its renders repeat ("samples" or "frames"), and what it does."""
+
+    name: str
+    repeats: str
+    summary: str
+
+
+def techniques() -> dict[str, Technique]:
+    """The techniques by name."""
+    return {technique[0]: Technique(*technique) for technique in _restir.techniques()}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A setting: its default, what it may be with its unit, and what it does."""
+
+    default: str
+    expected: str
+    doc: str
+
+
+def settings(technique: str) -> dict[str, Setting]:
+    """The settings of a technique by key."""
+    return {key: Setting(*rest) for key, *rest in _restir.settings(technique)}
+
+
+def presets(technique: str) -> list[str]:
+    """The names of a technique's presets, for ``settings={"preset": name}``."""
+    return _restir.presets(technique)
+
+
+def biases(technique: str, settings: Settings | None = None) -> list[str]:
+    """Why the mean of images with these settings may be wrong; empty for unbiased ones."""
+    return _restir.biases(technique, _pairs(settings))
+
+
+def scenes() -> dict[str, str]:
+    """The built-in scenes, and what each shows."""
+    return dict(_restir.scenes())
+
+
+def devices() -> list[dict[str, str]]:
+    """The GPU adapters, hardware first."""
+    return _restir.devices()
+
+
+def read(path: str | os.PathLike[str]) -> Image:
+    """Reads an EXR file."""
+    color, metadata = _restir.read_exr(os.fspath(path))
+    return Image(color, {}, dict(metadata))
+
+
+def compare(image: Any, reference: Any) -> dict[str, Any]:
+    """How far an image is from a reference: identical, rmse, rel_mse, rmae, mean_ratio and others."""
+    image, reference = (np.ascontiguousarray(array, np.float32) for array in (image, reference))
+    return _restir.compare(image, reference)
+
+
+def bench(
+    scene: Scene,
+    candidates: Mapping[str, Mapping[str, Any]],
+    *,
+    reference: Any,
+    repeats: int = 4,
+    **common: Any,
+) -> list[dict[str, Any]]:
+    """Time and error of renders: a row for each of the candidates, which are arguments of :func:`render` by name.
+
+    Each is rendered ``repeats`` times with other seeds, in turn with the others. A row has the median of the ``seconds``,
+    the root mean square ``rmse`` and mean ``rel_mse`` over the repeats, and ``efficiency``, 1 / (rmse² seconds), where
+    more is better.
+    """
+    rows: dict[str, list[tuple[float, dict[str, Any]]]] = {name: [] for name in candidates}
+    for repeat in range(repeats):
+        for name, arguments in candidates.items():
+            arguments = {**common, **arguments}
+            arguments["seed"] = arguments.get("seed", 0) + 1000 * repeat
+            start = time.perf_counter()
+            image = render(scene, **arguments)
+            rows[name].append((time.perf_counter() - start, compare(image, reference)))
+    return [_row(name, measured) for name, measured in rows.items()]
+
+
+def _row(name: str, measured: list[tuple[float, dict[str, Any]]]) -> dict[str, Any]:
+    seconds = float(np.median([seconds for seconds, _ in measured]))
+    mse = float(np.mean([error["rmse"] ** 2 for _, error in measured]))
+    rel_mse = float(np.mean([error["rel_mse"] for _, error in measured]))
+    efficiency = float("inf") if mse == 0.0 else 1.0 / (mse * seconds)
+    return {"name": name, "seconds": seconds, "rmse": mse**0.5, "rel_mse": rel_mse, "efficiency": efficiency}

@@ -1,0 +1,84 @@
+"""Renders over workers that end, hang, or send a part twice: the same bits."""
+
+import logging
+import os
+import random
+import signal
+
+import pytest
+import restir
+from conftest import same
+
+dask = pytest.importorskip("distributed")
+import restir.distributed  # noqa: E402
+
+SIZE = (96, 64)
+SAMPLES = 1024
+ENDED = 20
+
+
+@pytest.fixture(scope="module")
+def client():
+    dask.client.logger.setLevel(logging.CRITICAL)
+    options = {"n_workers": 4, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+    with dask.LocalCluster(**options) as cluster, dask.Client(cluster) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def expected(cornell):
+    return restir.render(cornell, samples=SAMPLES, size=SIZE)
+
+
+def test_it_has_the_bits_of_one_process(client, expected):
+    seen = []
+    image = restir.distributed.render(client, "cornell", samples=SAMPLES, part=100, size=SIZE, progress=seen.append)
+    assert same(image, expected) and image.metadata["samples"] == str(SAMPLES)
+    assert seen[-1] == 1.0 and seen == sorted(seen)
+
+
+def test_chains_of_frames(client, cornell, tmp_path):
+    common = {"technique": "restir-di", "frames": 2, "size": SIZE}
+    image = restir.distributed.render(client, "cornell", chains=6, part=2, **common)
+    restir.render_part(tmp_path / "a.part", cornell, chains=range(6), **common)
+    assert same(image, restir.merge([tmp_path / "a.part"]))
+
+
+def test_a_sentence_of_the_library_ends_it(client):
+    with pytest.raises(restir.RestirError, match="there is no setting"):
+        restir.distributed.render(client, "cornell", samples=8, size=SIZE, settings={"nope": 1})
+    with pytest.raises(restir.RestirError, match="give one of them"):
+        restir.distributed.render(client, "cornell", size=SIZE)
+
+
+def test_workers_that_end_change_nothing(client, expected, caplog):
+    generator = random.Random(20)
+    caplog.set_level(logging.INFO, "restir.distributed")
+    for _ in range(ENDED):
+        client.wait_for_workers(4, timeout=60)
+        worker = generator.choice(sorted(client.run(os.getpid).values()))
+        share = generator.uniform(0.0, 0.8)
+        ended = []
+
+        def end_one(done):
+            if done >= share and not ended:
+                os.kill(worker, signal.SIGKILL)
+                ended.append(done)
+
+        image = restir.distributed.render(client, "cornell", samples=SAMPLES, part=32, size=SIZE, progress=end_one)
+        assert same(image, expected)
+        assert ended and ended[0] < 1.0, "the worker ended during the render"
+    said = caplog.text.count("has ended; what it had in work is rendered elsewhere")
+    assert said >= ENDED // 2, "the log says who has ended"
+
+
+def test_a_worker_that_hangs_changes_nothing(client, expected, caplog):
+    caplog.set_level(logging.INFO, "restir.distributed")
+    stopped = random.Random(3).choice(list(client.run(os.getpid).values()))
+    os.kill(stopped, signal.SIGSTOP)
+    try:
+        image = restir.distributed.render(client, "cornell", samples=SAMPLES, part=32, size=SIZE, timeout=3.0)
+    finally:
+        os.kill(stopped, signal.SIGCONT)
+    assert same(image, expected)
+    assert "are rendered elsewhere, too" in caplog.text
