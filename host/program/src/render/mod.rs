@@ -63,8 +63,9 @@ pub(super) struct Arguments {
     /// the render is done. Of --frames A..B (ReSTIR) it has the state after a frame, from which the render of the next ones goes on, and stays.
     #[arg(long, value_name = "FILE", conflicts_with = "layers")]
     resume: Option<PathBuf>,
-    /// Render a turntable: the camera goes once around its target in this many frames, each written to its own file.
-    #[arg(long, value_name = "FRAMES", value_parser = natural::<u32>, conflicts_with_all = ["frames", "camera_path"])]
+    /// Render a turntable: the camera goes once around its target in this many frames, each written to its own file; with --frames
+    /// A..B those alone.
+    #[arg(long, value_name = "FRAMES", value_parser = natural::<u32>, conflicts_with = "camera_path")]
     turntable: Option<u32>,
     /// Of several frames, skip those whose file is already there, if it is of the same render.
     #[arg(long)]
@@ -111,8 +112,17 @@ impl Arguments {
             return Ok(None);
         }
         let frames = match (&self.technique.frames, self.turntable) {
-            (_, Some(frames)) => 0..=frames.saturating_sub(1),
-            (Some(Frames::Each(frames)), None) => frames.clone(),
+            (Some(Frames::Each(frames)), turns) => {
+                let problem = format_args!("--turntable has fewer frames than --frames asks for; count them from 0");
+                require(turns.is_none_or(|turns| turns == 0 || *frames.end() < turns), problem)?;
+                frames.clone()
+            }
+            (Some(Frames::Count(_)), Some(_)) => {
+                let problem =
+                    "--turntable says how many frames there are; leave out --frames, or give A..B for some of them";
+                return Err(Error::Setting(problem.to_owned()));
+            }
+            (None, Some(frames)) => 0..=frames.saturating_sub(1),
             _ => {
                 let problem = format_args!("--skip-existing is for the files of several frames; give --frames A..B");
                 return require(!self.skip_existing, problem).map(|()| None);

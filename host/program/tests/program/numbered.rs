@@ -32,6 +32,9 @@ fn a_turntable_is_files_of_all_sides() {
     });
     let pictures = [0, 1, 2, 3].map(|frame| picture(&workplace, &format!("out.{frame:03}.exr")));
     assert_eq!(pictures[0], workplace.picture("still.exr", "statue", &["--spp", "2"]));
+    // one of them alone
+    finish(&mut workplace.render("one.#.exr", "statue", &["--spp", "2", "--turntable", "4", "--frames", "2..2"])).done();
+    assert_eq!(picture(&workplace, "one.2.exr"), pictures[2]);
     // seen from where a camera is that has gone around by a quarter a frame, and not the other way
     let camera = Scene::load("statue").unwrap().camera.unwrap();
     let away = camera.position - camera.target;
@@ -124,6 +127,8 @@ fn frames_that_cannot_be_written() {
     refused("out.#.exr", &["--frames", "0..9999999"], &["999999"]);
     refused("out.#.exr", &["--turntable", "0"], &["at least 1"]);
     refused("out.#.exr", &["--turntable", "3", "--camera-path", "pan"], &["--camera-path"]);
+    refused("out.#.exr", &["--turntable", "3", "--frames", "1..3"], &["--turntable has fewer frames"]);
+    refused("out.#.exr", &["--turntable", "3", "--frames", "3"], &["leave out --frames"]);
     refused("out.#.exr", &["--skip-existing"], &["--frames A..B"]);
     refused("out.#.exr", &["--frames", "0..3", "--seconds", "3"], &["--seconds", "single image"]);
     let png = workplace.output("out.png");
