@@ -30,7 +30,8 @@ const LONGEST: Duration = Duration::from_secs(150);
 /// What cargo writes before a command of the program.
 const BY_CARGO: &str = "cargo run --release --bin restir -- ";
 /// Subcommands of which a page speaks without meaning a command line.
-const NAMES: [&str; 9] = ["render", "compare", "explain", "bench", "reference", "info", "export", "figure", "advise"];
+const NAMES: [&str; 10] =
+    ["render", "merge", "compare", "explain", "bench", "reference", "info", "export", "figure", "advise"];
 
 /// What to run.
 #[derive(clap::Args)]
