@@ -31,7 +31,7 @@ def _part(scene: str, unit: str, start: int, stop: int, arguments: dict[str, Any
     """Renders a part; runs on a worker."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.part"
-        restir.render_part(path, _scene(scene), **{unit: range(start, stop)}, **arguments)
+        restir.render_part(path, _scene(scene), **{**arguments, unit: range(start, stop)})
         return path.read_bytes()
 
 
@@ -81,14 +81,15 @@ class _Work:
     def __init__(self, client: Client, call: Callable[[range], Future], wanted: list[range], retries: int) -> None:
         self.client, self.call, self.retries = client, call, retries
         self.tasks: dict[Future, range] = {}
-        self.begun: dict[range, float] = {}
+        #: When a task was first seen to be in work, by its key: before, it waits for others.
+        self.begun: dict[str, float] = {}
+        self.looked = time.monotonic()
         self.failures = dict.fromkeys(wanted, 0)
         self.missing = set(wanted)
 
     def submit(self, span: range) -> Future:
         future = self.call(span)
         self.tasks[future] = span
-        self.begun[span] = time.monotonic()
         return future
 
     def failed(self, span: range, error: BaseException) -> Future | None:
@@ -106,7 +107,16 @@ class _Work:
     def late(self, timeout: float) -> list[Future]:
         """More tasks for the parts that take long; whichever comes first counts."""
         now = time.monotonic()
-        late = [span for span in self.missing if now - self.begun[span] > timeout]
+        if now - self.looked < timeout / 4.0:
+            return []
+        self.looked = now
+        in_work = {key for keys in self.client.processing().values() for key in keys}
+        hopeful = set()
+        for future, span in self.tasks.items():
+            begun = self.begun.setdefault(future.key, now) if future.key in in_work else now
+            if now - begun <= timeout:
+                hopeful.add(span)
+        late = self.missing - hopeful
         for span in late:
             log.warning("samples %d..%d take over %g s and are rendered elsewhere, too", span.start, span.stop - 1, timeout)
         return [self.submit(span) for span in late]
@@ -127,12 +137,13 @@ def render(
     """Renders an image in parts of ``part`` samples or chains each, on the workers of ``client``.
 
     ``scene`` is a built-in scene, or a file that every worker can read. Further arguments are those of
-    :func:`restir.render_part`. A part whose worker ended is rendered again, up to ``retries`` times; one that is not there after
-    ``timeout`` seconds is rendered elsewhere, too. What raises an exception here, as Ctrl-C does, cancels the rest.
+    :func:`restir.render_part`. A part whose worker ended is rendered again, up to ``retries`` times; one that a worker has
+    had for ``timeout`` seconds is rendered elsewhere, too. What raises an exception here, as Ctrl-C does, cancels the rest.
     """
-    if (samples is None) == (chains is None):
+    asked = [(unit, count) for unit, count in (("samples", samples), ("chains", chains)) if count is not None]
+    if len(asked) != 1:
         raise restir.RestirError("an image has samples or chains; give one of them")
-    unit, count = ("samples", samples) if chains is None else ("chains", chains)
+    unit, count = asked[0]
     workers = _Workers(client)
     wanted = ranges(count, part or _length(count, max(1, len(workers.known))))
     if unit == "samples":
@@ -198,9 +209,8 @@ def _take(work: _Work, future: Future, span: range, folder: Path) -> Future | No
     """Writes what a task made; gives another one, if it has to be made again."""
     if future.cancelled():
         return work.failed(span, RuntimeError("the task was cancelled"))
-    error = future.exception()
-    if error is not None:
-        return work.failed(span, error)
+    if future.status != "finished":
+        return work.failed(span, future.exception() or RuntimeError("the task was lost"))
     if span not in work.missing:
         log.info("samples %d..%d came twice", span.start, span.stop - 1)
         return None

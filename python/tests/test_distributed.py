@@ -4,6 +4,7 @@ import logging
 import os
 import random
 import signal
+import time
 
 import pytest
 import restir
@@ -70,6 +71,25 @@ def test_workers_that_end_change_nothing(client, expected, caplog):
         assert ended and ended[0] < 1.0, "the worker ended during the render"
     said = caplog.text.count("has ended; what it had in work is rendered elsewhere")
     assert said >= ENDED // 2, "the log says who has ended"
+
+
+def test_a_part_that_comes_twice_counts_once(client, expected, caplog):
+    caplog.set_level(logging.INFO, "restir.distributed")
+    image = restir.distributed.render(client, "cornell", samples=SAMPLES, part=256, size=SIZE, timeout=0.1)
+    assert same(image, expected)
+    assert "are rendered elsewhere, too" in caplog.text and "came twice" in caplog.text
+
+
+def test_what_a_callback_raises_cancels_the_rest(client):
+    def stop(_):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        restir.distributed.render(client, "cornell", samples=1 << 16, part=64, size=SIZE, progress=stop)
+    end = time.monotonic() + 30
+    while any(client.processing().values()) and time.monotonic() < end:
+        time.sleep(0.1)
+    assert not any(client.processing().values())
 
 
 def test_a_worker_that_hangs_changes_nothing(client, expected, caplog):

@@ -78,9 +78,12 @@ impl PartFile {
         let mut header = vec![0; length as usize];
         hashed.read_exact(&mut header)?;
         let header: Header = serde_json::from_slice(&header).map_err(|_| damaged())?;
+        if !header.is_sound() {
+            return Err(damaged());
+        }
         let start = MAGIC.len() as u64 + 8 + length;
         let planes = header.blocks.len() as u64 * header.tile.pixels() as u64 * PIXEL;
-        if !header.is_sound() || whole != start + planes + HASH {
+        if whole != start + planes + HASH {
             return Err(damaged());
         }
         io::copy(&mut (&mut hashed).take(planes), &mut io::sink())?;

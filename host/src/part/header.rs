@@ -3,6 +3,7 @@
 use crate::buffers::SceneBuffers;
 use crate::checkpoint::{hash_code, hash_scene};
 use crate::exec::Description;
+use crate::image::MAX_SIDE;
 use crate::render::Render;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -124,7 +125,8 @@ impl Header {
             next += if log2 < u32::BITS { 1 << log2 } else { 0 };
             follows
         });
-        contiguous && next == u64::from(self.range.end) && !self.range.is_empty() && self.tile.is_in(self.size)
+        let is_image = self.size.iter().all(|&side| side <= MAX_SIDE) && self.tile.is_in(self.size);
+        contiguous && next == u64::from(self.range.end) && !self.range.is_empty() && is_image
     }
 
     /// The first thing in which it is a part of something else than `other` is, whose name is given, as words that go on after "it".

@@ -35,6 +35,7 @@ pub(crate) fn trials() -> Vec<Trial> {
     let mut trials = vec![
         Trial::test("noise of parts is the standard error of their mean", the_noise_is_the_standard_error),
         Trial::test("a file of which a byte differs or lacks is refused", damaged_files_are_refused).first(),
+        Trial::test("parts of another version, device or nonsense are refused", foreign_parts_are_refused).first(),
     ];
     trials.extend(device::trials(|adapter| {
         let of_samples = SUBJECTS.map(|(scene, settings)| {
@@ -246,4 +247,47 @@ fn damaged_files_are_refused() -> Result<(), Failed> {
     ensure(is_refused(&[&bytes[..], b"x"].concat())?, || "a byte more".to_owned())?;
     ensure(!is_refused(&bytes)?, || "the whole file is refused".to_owned())?;
     Ok(())
+}
+
+/// Whole files, whose hash is right, of which the header says something else.
+fn foreign_parts_are_refused() -> Result<(), Failed> {
+    let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+    let render = Render { count: 2, ..Render::new([2, 1], technique("path", &[])?) };
+    let mut files = Files::new()?;
+    for range in [0..1, 1..2] {
+        let portion = Portion { unit: Unit::Samples, range, tile: None };
+        files.add(&Part::render(&mut CpuExecutor::inline(), &scene, &render, &portion, &mut |_| Ok(()))?)?;
+    }
+    let path = files.files[1].path().to_owned();
+    let whole = std::fs::read(&path)?;
+    let (begin, planes) = (22, 2 * 16 + blake3::OUT_LEN);
+    let header = String::from_utf8(whole[begin..whole.len() - planes].to_vec())?;
+    let changed = |from: &str, to: &str| -> Result<String, Failed> {
+        ensure(header.contains(from), || format!("the header has no {from}"))?;
+        let header = header.replacen(from, to, 1);
+        let sums = &whole[whole.len() - planes..][..32];
+        let mut bytes = [&whole[..begin - 8], &(header.len() as u64).to_le_bytes(), header.as_bytes(), sums].concat();
+        let hash = blake3::hash(&bytes);
+        bytes.extend(hash.as_bytes());
+        std::fs::write(&path, bytes)?;
+        let merged = PartFile::open(&path).and_then(|part| merge(&[files.files[0].clone(), part]));
+        Ok(merged.err().map_or_else(|| "merged".to_owned(), |error| error.to_string()))
+    };
+    let version = header.split("\"version\",\"").nth(1).ok_or("a version")?[..8].to_owned();
+    for (from, to, problem) in [
+        (version.as_str(), "00000000", "it is of another version than"),
+        ("\"device\",\"exact\"", "\"device\",\"fast\"", "it is of device=fast, and"),
+        ("\"size\":[2,1]", "\"size\":[4000000000,4000000000]", "no whole part"),
+        ("\"size\":[2,1]", "\"size\":[1,1]", "no whole part"),
+        ("\"width\":2", "\"width\":4294967295", "no whole part"),
+        ("\"blocks\":[[1,0]]", "\"blocks\":[[1,40]]", "no whole part"),
+        ("\"blocks\":[[1,0]]", "\"blocks\":[]", "no whole part"),
+        ("\"end\":2", "\"end\":1", "no whole part"),
+        ("\"start\":1", "\"start\":0", "no whole part"),
+    ] {
+        let said = changed(from, to)?;
+        ensure(said.contains(problem), || format!("{to}: {said}"))?;
+    }
+    let same = changed("\"unit\"", "\"unit\"")?;
+    ensure(same == "merged", || format!("the part as it was: {same}"))
 }

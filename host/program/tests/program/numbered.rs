@@ -33,7 +33,8 @@ fn a_turntable_is_files_of_all_sides() {
     let pictures = [0, 1, 2, 3].map(|frame| picture(&workplace, &format!("out.{frame:03}.exr")));
     assert_eq!(pictures[0], workplace.picture("still.exr", "statue", &["--spp", "2"]));
     // one of them alone
-    finish(&mut workplace.render("one.#.exr", "statue", &["--spp", "2", "--turntable", "4", "--frames", "2..2"])).done();
+    finish(&mut workplace.render("one.#.exr", "statue", &["--spp", "2", "--turntable", "4", "--frames", "2..2"]))
+        .done();
     assert_eq!(picture(&workplace, "one.2.exr"), pictures[2]);
     // seen from where a camera is that has gone around by a quarter a frame, and not the other way
     let camera = Scene::load("statue").unwrap().camera.unwrap();

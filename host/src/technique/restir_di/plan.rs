@@ -221,7 +221,7 @@ mod tests {
                 let render = Render { count: frames, accumulate, ..Render::new([3, 2], settings.clone()) };
                 let plan = render.plan(&scene);
                 let samples = render.repeats_in_mean() * settings.shading_passes();
-                let capacity = Capacity { size: [3, 2], samples, largest_block: 0, progressive: false };
+                let capacity = Capacity { size: [3, 2], samples, largest_block: 0, progressive: false, is_sum: false };
                 let film = capacity.planes() + 1;
                 // points of 48 bytes a pixel and pairs of 32
                 let [buffers, units] = if settings.shaded > 0 { [2, 5] } else { [0; 2] };

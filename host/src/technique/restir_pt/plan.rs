@@ -181,6 +181,7 @@ mod tests {
                     samples: render.repeats_in_mean(),
                     largest_block: 0,
                     progressive: false,
+                    is_sum: false,
                 };
                 let words: usize = plan.buffers[3..].iter().map(|buffer| buffer.words).sum();
                 let film = 16 * (capacity.planes() + 1);
