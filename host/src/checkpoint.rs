@@ -107,8 +107,8 @@ pub trait Watch {
 }
 
 /// Renders frames of a chain, each of which reuses what those before it have found: these are rendered too, from the frame on that the
-/// file `state` leaves off at, or from frame 0 where there is none. Afterwards the file has the state after the last frame, for who renders the
-/// next ones, here or on another machine. The count of the render, and whether it accumulates, do not matter. Gives the first frame
+/// file `state` leaves off at, or from frame 0 where there is none. Once all are done, and not before, the file has the state after the last frame, for
+/// who renders the next ones, here or on another machine: what is interrupted can be done again from where it began. The count of the render, and whether it accumulates, do not matter. Gives the first frame
 /// that had to be rendered.
 ///
 /// # Errors
@@ -119,7 +119,7 @@ pub fn render_frames(
     scene: &SceneBuffers,
     render: &Render,
     frames: Range<u32>,
-    state: Option<Checkpoint<'_>>,
+    state: Option<&Path>,
     watch: &mut dyn Watch,
 ) -> Result<u32, Error> {
     // one more than is rendered, so that the planes are those of frames that go on
@@ -129,19 +129,22 @@ pub fn render_frames(
     let (images, description) = (Images::new(scene, render), executor.describe());
     let mut plan = render.plan(scene);
     let (planes, mut kept) = (planes_of(&plan), None);
-    if let Some(Checkpoint { path, .. }) = state {
+    if let Some(path) = state {
         kept = Kept::read(path, &|done| digest(scene, &render.until(done), &description))?;
     }
     let (first, mut skipped) = (kept.as_ref().map_or(0, |kept| kept.done as u32), 0);
-    if let (Some(Checkpoint { path, .. }), Some(kept)) = (state, kept) {
+    if let (Some(path), Some(kept)) = (state, kept) {
         if first > frames.start {
-            let problem = format!("it is of frame {first}, and frame {} is asked for; name another file", frames.start);
+            let problem = format!(
+                "it is the state before frame {first}, and frame {} is asked for; name another file, or none to begin at frame 0",
+                frames.start
+            );
             return Err(Error::cannot_read(path, problem));
         }
         skipped = kept.restore(path, &planes, &mut plan, &|pass| images.is_made_by(pass))?;
     }
     let total = (plan.pass_count - plan.pass_count / u64::from(count)).saturating_sub(skipped).max(1);
-    let (mut frame, mut written) = (first, Instant::now());
+    let mut frame = first;
     let done = executor.run_observed(plan, &mut |step| {
         watch.progress(Progress { done: step.progress.done.min(total), total })?;
         if !images.is_finished(step) {
@@ -151,13 +154,14 @@ pub fn render_frames(
             watch.frame(frame, &images, step)?;
         }
         frame += 1;
-        let is_last = frame == frames.end;
-        if let Some(Checkpoint { path, .. }) = state.filter(|state| is_last || written.elapsed() >= state.every) {
+        if frame < frames.end {
+            return Ok(());
+        }
+        if let Some(path) = state {
             let digest = digest(scene, &render.until(u64::from(frame)), &description);
             Kept::of(step, u64::from(frame), &planes)?.write(path, &digest)?;
-            written = Instant::now();
         }
-        if is_last { Err(Error::Interrupted) } else { Ok(()) }
+        Err(Error::Interrupted)
     });
     match done {
         Err(Error::Interrupted) if frame == frames.end => Ok(first),

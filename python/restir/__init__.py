@@ -68,8 +68,11 @@ class Camera:
     focus_distance: float | None = None
 
     def _tuple(self) -> tuple:
-        position, target, up = ([float(x) for x in v] for v in (self.position, self.target, self.up))
-        return position, target, up, float(self.fov), float(self.lens_radius), self.focus_distance
+        names = ("position", "target", "up")
+        position, target, up = (_vector(f"the camera's {name}", getattr(self, name)) for name in names)
+        focus = None if self.focus_distance is None else _finite("the camera's focus_distance", self.focus_distance)
+        fov, lens_radius = _finite("the camera's fov", self.fov), _finite("the camera's lens_radius", self.lens_radius)
+        return position, target, up, fov, lens_radius, focus
 
 
 @dataclass(frozen=True)
@@ -110,7 +113,8 @@ class Image:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes the colour: radiance to an ``.exr`` file, or what a screen shows to a ``.png`` file."""
-        _restir.write_image(os.fspath(path), np.ascontiguousarray(self.color, np.float32), list(self.metadata.items()))
+        color = _array("the pixels of an image", self.color, np.float32, 3)
+        _restir.write_image(os.fspath(path), color, list(self.metadata.items()))
 
 
 class Scene:
@@ -164,7 +168,10 @@ class Scene:
 
     @camera.setter
     def camera(self, camera: Camera) -> None:
-        self._native.set_camera(camera._tuple())
+        given = _camera(camera)
+        if given is None:
+            raise RestirError("a scene cannot lose its camera; give one, or make a scene without")
+        self._native.set_camera(given)
 
     def add_material(
         self,
@@ -215,29 +222,33 @@ class Scene:
 
         It is seen once :meth:`add_instance` has placed it. Without ``normals`` (n, 3) it is faceted.
         """
-        optional = [None if array is None else np.ascontiguousarray(array, np.float32) for array in (normals, uvs)]
-        positions, indices = np.ascontiguousarray(positions, np.float32), np.ascontiguousarray(indices, np.uint32)
-        return self._native.add_mesh(name, positions, indices, material, *optional)
+        positions = _array("positions", positions, np.float32, 2)
+        indices = _array("indices", _indices("indices", indices), np.uint32, 2)
+        normals = None if normals is None else _array("normals", normals, np.float32, 2)
+        uvs = None if uvs is None else _array("uvs", uvs, np.float32, 2)
+        return self._native.add_mesh(name, positions, indices, _whole("material", material), normals, uvs)
 
     def positions(self, mesh: int) -> np.ndarray:
         """The vertices of a mesh, (n, 3); a copy."""
-        return self._native.positions(mesh)
+        return self._native.positions(_whole("mesh", mesh))
 
     def indices(self, mesh: int) -> np.ndarray:
         """The triangles of a mesh, (m, 3); a copy."""
-        return self._native.indices(mesh)
+        return self._native.indices(_whole("mesh", mesh))
 
     def set_positions(self, mesh: int, positions: Any) -> None:
         """Moves the vertices of a mesh, whose number stays."""
-        self._native.set_positions(mesh, np.ascontiguousarray(positions, np.float32))
+        self._native.set_positions(_whole("mesh", mesh), _array("positions", positions, np.float32, 2))
 
     def add_instance(self, mesh: int, transform: Any = None) -> int:
         """Places a mesh by a matrix (4, 4) that multiplies column vectors; gives the index of the instance."""
-        return self._native.add_instance(mesh, None if transform is None else np.ascontiguousarray(transform, np.float64))
+        matrix = None if transform is None else _array("the numbers of a transform", transform, np.float64, 2)
+        return self._native.add_instance(_whole("mesh", mesh), matrix)
 
     def set_transform(self, instance: int, transform: Any) -> None:
         """Places an instance anew."""
-        self._native.set_transform(instance, np.ascontiguousarray(transform, np.float64))
+        matrix = _array("the numbers of a transform", transform, np.float64, 2)
+        self._native.set_transform(_whole("instance", instance), matrix)
 
     def add_light(
         self,
@@ -254,11 +265,12 @@ class Scene:
         self._native.add_light(kind, list(intensity), position, direction, inner, outer)
 
     def set_environment(self, radiance: Any, *, scale: float = 1.0, rotation: float = 0.0) -> None:
-        """Light from all around: a latitude-longitude image (height, width, 3), turned about +y by degrees."""
-        radiance = np.ascontiguousarray(radiance, np.float32)
-        if radiance.ndim == 1:
-            radiance = np.broadcast_to(radiance, (1, 2, 3)).copy()
-        self._native.set_environment(radiance, scale, rotation)
+        """Light from all around: a latitude-longitude image (height, width, 3), or one colour; turned about +y by degrees."""
+        if np.ndim(radiance) == 1:
+            radiance = np.broadcast_to(radiance, (1, 2, 3))
+        pixels = _array("the pixels of an environment", radiance, np.float32, 3)
+        for warning in self._native.set_environment(pixels, scale, rotation):
+            warnings.warn(warning, stacklevel=2)
 
     def fill(self, medium: str, scale: float | None = None) -> None:
         """Fills all closed meshes that emit nothing with a medium that scatters light.
@@ -316,6 +328,8 @@ def _text(value: object) -> str:
 
 
 def _pairs(given: Settings | None, max_depth: int | None = None) -> list[str]:
+    if max_depth is not None and "max_depth" in (given or {}):
+        raise RestirError("max_depth was given twice, once among the settings; leave one of them out")
     pairs = [f"{key}={_text(value)}" for key, value in (given or {}).items()]
     # a preset sets everything
     pairs.sort(key=lambda pair: not pair.startswith("preset="))
@@ -327,6 +341,72 @@ def _repeats(technique: str) -> str:
         if name == technique:
             return repeats
     return "samples"
+
+
+def _scene(scene: Any) -> _restir.Scene:
+    if not isinstance(scene, Scene):
+        raise RestirError(f"{scene!r} is no scene; give restir.load(...) of it, or a restir.Scene")
+    return scene._native
+
+
+def _camera(camera: Any) -> tuple | None:
+    if camera is not None and not isinstance(camera, Camera):
+        raise RestirError(f"{camera!r} is no camera; give a restir.Camera")
+    return None if camera is None else camera._tuple()
+
+
+def _whole(name: str, value: Any, least: int = 0) -> int:
+    """A whole number that fits into 32 bits."""
+    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not is_whole or not least <= value < 2**32:
+        raise RestirError(f"{name} is {value!r}; give a whole number from {least} to {2**32 - 1}")
+    return int(value)
+
+
+def _finite(name: str, value: Any) -> float:
+    if not isinstance(value, (int, float, np.integer, np.floating)) or not np.isfinite(value):
+        raise RestirError(f"{name} is {value!r}; give a number")
+    return float(value)
+
+
+def _vector(name: str, value: Any) -> list[float]:
+    try:
+        vector = [float(x) for x in value]
+    except (TypeError, ValueError):
+        vector = []
+    if len(vector) != 3:
+        raise RestirError(f"{name} is {value!r}; give three numbers")
+    return vector
+
+
+def _files(parts: Iterable[str | os.PathLike[str]]) -> list[str]:
+    if isinstance(parts, (str, os.PathLike)):
+        raise RestirError(f"{os.fspath(parts)!r} is one file; give a list of the files of all parts")
+    return [os.fspath(part) for part in parts]
+
+
+def _size(size: Any) -> list[int]:
+    if not isinstance(size, Sequence) or len(size) != 2:
+        raise RestirError(f"size is {size!r}; give (width, height) in pixels")
+    return [_whole("size", side) for side in size]
+
+
+def _indices(name: str, array: Any) -> np.ndarray:
+    """Whole numbers as 32 bits have them: others would become something else."""
+    array = np.asarray(array)
+    if array.dtype.kind not in "iu" or (array.size and (array.min() < 0 or array.max() >= 2**32)):
+        raise RestirError(f"{name} are to be whole numbers from 0 to {2**32 - 1}; convert them first")
+    return np.ascontiguousarray(array, np.uint32)
+
+
+def _array(name: str, array: Any, dtype: Any, dimensions: int) -> np.ndarray:
+    try:
+        array = np.ascontiguousarray(array, dtype)
+    except (TypeError, ValueError) as error:
+        raise RestirError(f"{name} cannot be made an array of numbers: {error}") from error
+    if array.ndim != dimensions:
+        raise RestirError(f"{name} have the shape {array.shape}; give an array of {dimensions} dimensions")
+    return array
 
 
 def _request(
@@ -344,12 +424,12 @@ def _request(
     return {
         "technique": technique,
         "settings": _pairs(settings, max_depth),
-        "size": None if size is None else list(size),
-        "count": count,
+        "size": None if size is None else _size(size),
+        "count": None if count is None else _whole("the number of samples or frames", count, 1),
         "accumulate": accumulate,
-        "seed": seed,
-        "camera": None if camera is None else camera._tuple(),
-        "frame": float(frame),
+        "seed": _whole("seed", seed),
+        "camera": _camera(camera),
+        "frame": _finite("frame", frame),
         "denoise": denoise,
     }
 
@@ -382,8 +462,8 @@ def render(
     """
     count, accumulate = _count(technique, samples, frames)
     request = _request(technique, settings, size, count, accumulate, seed, camera, frame, denoise, max_depth)
-    given = _restir.render(scene._native, request, list(layers), inspect, _device(device), progress)
-    color, more, metadata = given
+    names = [layers] if isinstance(layers, str) else list(layers)
+    color, more, metadata = _restir.render(_scene(scene), request, names, inspect, _device(device), progress)
     return Image(color, more, dict(metadata))
 
 
@@ -425,18 +505,30 @@ def render_part(
     if len(given) != 1:
         raise RestirError("a part is of samples, of chains or of frames; give one range of them")
     unit, span = given[0]
+    if not isinstance(span, range):
+        raise RestirError(f"{unit} is {span!r}; give a range of them, as in range(0, 64)")
     if span.step != 1:
         raise RestirError(f"the range of {unit} has a step of {span.step}; give consecutive ones")
-    count = {"samples": of or span.stop, "chains": frames if isinstance(frames, int) else None, "frames": span.stop}[unit]
+    length = None if isinstance(frames, range) else frames
+    if unit != "chains" and length is not None:
+        raise RestirError(f"frames is {frames!r}; a number of them is for chains, and frames of one chain are a range")
+    if unit != "samples" and of is not None:
+        raise RestirError(f"of is how many samples an image has, and this is a part of {unit}; leave it out")
+    count = {"samples": span.stop if of is None else of, "chains": length, "frames": span.stop}[unit]
     request = _request(technique, settings, size, count, unit == "chains", seed, camera, frame, False, max_depth)
-    corners = None if tile is None else (tile.x, tile.y, tile.width, tile.height)
-    native = scene._native, request, unit, (span.start, span.stop), corners
-    _restir.render_part(os.fspath(path), *native, _device(device), progress)
+    corners = None
+    if tile is not None:
+        if not isinstance(tile, Tile):
+            raise RestirError(f"{tile!r} is no tile; give a restir.Tile")
+        x, y, width, height = (_whole("a tile", side) for side in (tile.x, tile.y, tile.width, tile.height))
+        corners = (x, y, width, height)
+    ends = _whole(unit, span.start), _whole(unit, span.stop)
+    _restir.render_part(os.fspath(path), _scene(scene), request, unit, ends, corners, _device(device), progress)
 
 
 def merge(parts: Iterable[str | os.PathLike[str]]) -> Image:
     """Merges parts of one image, in any order. What lacks, is there twice or is of another render is an error."""
-    color, metadata = _restir.merge_parts([os.fspath(part) for part in parts])
+    color, metadata = _restir.merge_parts(_files(parts))
     return Image(color, {}, dict(metadata))
 
 
@@ -445,7 +537,7 @@ def noise(parts: Iterable[str | os.PathLike[str]]) -> tuple[float, int]:
 
     It is the standard error, root mean square over the image, relative to the image's mean.
     """
-    return _restir.noise_of_parts([os.fspath(part) for part in parts])
+    return _restir.noise_of_parts(_files(parts))
 
 
 class Session:
@@ -466,9 +558,10 @@ class Session:
     ) -> None:
         """Of path tracing a frame has so many ``samples``; with ``mean_of`` the image is the mean of frames, of at most
         so many, until the view changes."""
-        size = size or scene.default_size or (512, 512)
-        native = technique, _pairs(settings), list(size), seed, samples, mean_of, denoise, _device(device)
-        self._native = _restir.Session(scene._native, *native)
+        pixels = _size(size or scene.default_size or (512, 512))
+        counts = _whole("seed", seed), _whole("samples", samples, 1), None if mean_of is None else _whole("mean_of", mean_of, 1)
+        native = technique, _pairs(settings), pixels, *counts, denoise, _device(device)
+        self._native = _restir.Session(_scene(scene), *native)
         #: What became of earlier frames in the last one: "new", "kept", or what has changed.
         self.history = "new"
 
@@ -476,8 +569,8 @@ class Session:
         self, *, camera: Camera | None = None, frame: float | None = None, scene: Scene | None = None
     ) -> Image:
         """The next frame, of the scene at a ``frame`` of its animation or as it was edited, if either is given."""
-        camera_tuple = None if camera is None else camera._tuple()
-        color, self.history = self._native.render(camera_tuple, frame, None if scene is None else scene._native)
+        edited = None if scene is None else _scene(scene)
+        color, self.history = self._native.render(_camera(camera), frame, edited)
         return Image(color, {}, {"frame": str(self.frames - 1)})
 
     @property
@@ -509,7 +602,8 @@ def explain(
     The item ``text`` has lines to read.
     """
     request = _request(technique, settings, size, frames, False, seed, camera, 0.0, False, max_depth)
-    text, data = _restir.explain(scene._native, request, list(pixel), sample, _device(device))
+    place = [_whole("pixel", side) for side in pixel]
+    text, data = _restir.explain(_scene(scene), request, place, _whole("sample", sample), _device(device))
     return {**json.loads(data), "text": text}
 
 
@@ -569,8 +663,7 @@ def read(path: str | os.PathLike[str]) -> Image:
 
 def compare(image: Any, reference: Any) -> dict[str, Any]:
     """How far an image is from a reference: identical, rmse, rel_mse, rmae, mean_ratio and others."""
-    image, reference = (np.ascontiguousarray(array, np.float32) for array in (image, reference))
-    return _restir.compare(image, reference)
+    return _restir.compare(*(_array("the pixels of an image", array, np.float32, 3) for array in (image, reference)))
 
 
 def bench(
@@ -588,7 +681,7 @@ def bench(
     more is better.
     """
     rows: dict[str, list[tuple[float, dict[str, Any]]]] = {name: [] for name in candidates}
-    for repeat in range(repeats):
+    for repeat in range(_whole("repeats", repeats, 1)):
         for name, arguments in candidates.items():
             arguments = {**common, **arguments}
             arguments["seed"] = arguments.get("seed", 0) + 1000 * repeat

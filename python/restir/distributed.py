@@ -82,7 +82,7 @@ class _Work:
         self.client, self.call, self.retries = client, call, retries
         self.tasks: dict[Future, range] = {}
         #: When a task was first seen to be in work, by its key: before, it waits for others.
-        self.begun: dict[str, float] = {}
+        self.begun: dict[object, float] = {}
         self.looked = time.monotonic()
         self.failures = dict.fromkeys(wanted, 0)
         self.missing = set(wanted)
@@ -144,6 +144,11 @@ def render(
     if len(asked) != 1:
         raise restir.RestirError("an image has samples or chains; give one of them")
     unit, count = asked[0]
+    refused = {"tile": "it renders whole images", "of": "samples says how many there are"}
+    for name in refused.keys() & arguments.keys():
+        raise restir.RestirError(f"distributed.render has no {name}: {refused[name]}; leave it out")
+    if isinstance(arguments.get("device"), restir.Device):
+        raise restir.RestirError("a device cannot be sent to workers; give its name, cpu or gpu")
     workers = _Workers(client)
     wanted = ranges(count, part or _length(count, max(1, len(workers.known))))
     if unit == "samples":

@@ -61,8 +61,12 @@ fn read(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyArray3<f32>>, Ve
 #[pyo3(name = "write_image")]
 fn write(path: PathBuf, color: PyReadonlyArray3<'_, f32>, metadata: Vec<(String, String)>) -> PyResult<()> {
     let image = image(&color)?;
-    let is_png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    if is_png { write_png(&path, &image) } else { write_exr(&path, &image, &metadata) }.map_err(refused)
+    let ends_in = |ending: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending));
+    match (ends_in("exr"), ends_in("png")) {
+        (true, _) => write_exr(&path, &image, &metadata).map_err(refused),
+        (_, true) => write_png(&path, &image).map_err(refused),
+        _ => Err(refused(format!("an image is written to an .exr or a .png file, not to {}", path.display()))),
+    }
 }
 
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {

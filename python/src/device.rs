@@ -6,13 +6,36 @@ use restir::Error;
 use restir::exec::gpu::{GpuExecutor, adapters};
 use restir::exec::{CpuExecutor, Executor, Flavour};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, ThreadId};
 
 use crate::refused;
 
 /// A GPU works on one render at a time; on the CPU each has its own executor.
 enum Kind {
     Cpu(Option<usize>),
-    Gpu(Mutex<GpuExecutor>),
+    Gpu(Gpu),
+}
+
+/// An executor, and the thread for which it works.
+struct Gpu {
+    executor: Mutex<GpuExecutor>,
+    works_for: Mutex<Option<ThreadId>>,
+}
+
+impl Gpu {
+    fn with<T>(&self, work: impl FnOnce(&mut dyn Executor) -> Result<T, Error>) -> Result<T, Error> {
+        let works_for = || self.works_for.lock().unwrap_or_else(PoisonError::into_inner);
+        let this = Some(thread::current().id());
+        if *works_for() == this {
+            let problem = "the device works for this thread already; what is called while it does cannot render on it";
+            return Err(Error::Setting(problem.to_owned()));
+        }
+        let mut executor = self.executor.lock().unwrap_or_else(PoisonError::into_inner);
+        *works_for() = this;
+        let done = work(&mut *executor);
+        *works_for() = None;
+        done
+    }
 }
 
 /// A CPU or an opened GPU.
@@ -45,7 +68,8 @@ impl Device {
                 let open = || GpuExecutor::builder().adapter(adapter.as_deref()).flavour(flavour).open();
                 let executor = py.detach(open).map_err(refused)?;
                 let name = executor.describe().adapter.unwrap_or_default();
-                Ok(Self { kind: Arc::new(Kind::Gpu(Mutex::new(executor))), name })
+                let gpu = Gpu { executor: Mutex::new(executor), works_for: Mutex::new(None) };
+                Ok(Self { kind: Arc::new(Kind::Gpu(gpu)), name })
             }
             other => Err(refused(format!("there is no device {other:?}; there are: cpu, gpu"))),
         }
@@ -67,7 +91,7 @@ impl Device {
     pub(crate) fn with<T>(&self, work: impl FnOnce(&mut dyn Executor) -> Result<T, Error>) -> Result<T, Error> {
         match &*self.kind {
             Kind::Cpu(threads) => work(&mut cpu(*threads)?),
-            Kind::Gpu(executor) => work(&mut *executor.lock().unwrap_or_else(PoisonError::into_inner)),
+            Kind::Gpu(gpu) => gpu.with(work),
         }
     }
 

@@ -254,7 +254,7 @@ impl Scene {
         Ok(())
     }
 
-    fn set_environment(&self, radiance: PyReadonlyArray3<'_, f32>, scale: f32, rotation: f64) -> PyResult<()> {
+    fn set_environment(&self, radiance: PyReadonlyArray3<'_, f32>, scale: f32, rotation: f64) -> PyResult<Vec<String>> {
         let image = array::image(&radiance)?;
         let mut warnings = Vec::new();
         let environment = Environment::of_image("array".to_owned(), &image, &mut warnings)
@@ -262,9 +262,9 @@ impl Scene {
             .map_err(refused)?;
         self.edit(|scene| {
             scene.environment = Some(environment);
-            scene.warnings.append(&mut warnings);
+            scene.warnings.extend(warnings.clone());
         });
-        Ok(())
+        Ok(warnings)
     }
 
     #[pyo3(signature = (medium, scale=None))]

@@ -89,6 +89,10 @@ def test_a_gpu_has_the_bits_of_the_cpu(cornell):
         pytest.skip("there is no adapter")
     on = [restir.render(cornell, samples=3, size=SIZE, device=device) for device in ("cpu", "gpu")]
     assert same(*on)
+    # what is called meanwhile cannot wait for the same device
+    again = lambda _: restir.render(cornell, samples=1, size=SIZE, device="gpu")
+    with pytest.raises(restir.RestirError, match="works for this thread already"):
+        restir.render(cornell, samples=3, size=SIZE, device="gpu", progress=again)
 
 
 def test_two_threads_render_at_once(cornell):
@@ -156,12 +160,40 @@ def test_memory_does_not_grow(cornell):
         ({"frames": 2}, "path has no frames that reuse each other; give samples"),
         ({"layers": ["nope"]}, "there is no layer \"nope\"; there are"),
         ({"device": "nope"}, "there is no device \"nope\"; there are: cpu, gpu"),
+        ({"samples": 2.5}, "the number of samples or frames is 2.5; give a whole number from 1"),
+        ({"seed": 1 << 40}, "give a whole number from 0 to 4294967295"),
+        ({"size": 64}, "size is 64; give (width, height) in pixels"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_sentence(cornell, arguments, sentence):
     with pytest.raises(restir.RestirError) as raised:
         restir.render(cornell, **arguments)
     assert sentence in str(raised.value)
+
+
+def test_arrays_that_are_no_mesh_are_refused(tmp_path):
+    scene = restir.Scene()
+    corners = np.eye(3)
+    for positions, indices, sentence in [
+        (corners, [[0.0, 1.0, 2.5]], "indices are to be whole numbers"),
+        (corners, [[0, 1, -1]], "indices are to be whole numbers"),
+        (corners, [0, 1, 2], "indices have the shape (3,); give an array of 2 dimensions"),
+        (corners[:, :2], [[0, 1, 2]], "positions has 2 values a row; give 3"),
+        ("abc", [[0, 1, 2]], "positions cannot be made an array of numbers"),
+    ]:
+        with pytest.raises(restir.RestirError) as raised:
+            scene.add_mesh(positions, indices, 0)
+        assert sentence in str(raised.value)
+    # what is built later is judged then, with the names of its parts
+    scene.add_instance(scene.add_mesh(corners, [[0, 1, 7]], 0, name="odd"))
+    with pytest.raises(restir.RestirError):
+        restir.render(scene, size=SIZE, samples=1)
+    # any order in memory will do
+    turned = restir.Scene()
+    turned.add_mesh(np.asfortranarray(corners), np.array([[0, 1, 2]], np.int8), turned.add_material())
+    assert turned.positions(0).tolist() == corners.tolist()
+    with pytest.raises(restir.RestirError, match=r"to an \.exr or a \.png file"):
+        restir.Image(np.zeros((2, 2, 3), np.float32)).write(tmp_path / "a.jpg")
 
 
 def test_a_missing_file_is_named():

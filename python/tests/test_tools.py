@@ -68,10 +68,24 @@ def test_parts_are_merged_to_the_bits_of_one_render(cornell, tmp_path, program):
     assert same(merged, whole) and merged.metadata["samples"] == "13"
     noise, count = restir.noise(parts)
     assert count == 13 and 0.0 < noise < 10.0
-    with pytest.raises(restir.RestirError, match="leave one of them out"):
+    with pytest.raises(restir.RestirError, match="it is given twice"):
         restir.merge([*parts, parts[0]])
-    with pytest.raises(restir.RestirError, match="give one range of them"):
-        restir.render_part(parts[0], cornell, **common)
+    with pytest.raises(restir.RestirError, match="give a list of the files of all parts"):
+        restir.merge(str(parts[0]))
+    for more, sentence in [
+        ({}, "give one range of them"),
+        ({"samples": range(0, 4, 2)}, "give consecutive ones"),
+        ({"samples": range(4), "frames": 3}, "a number of them is for chains"),
+        ({"frames": range(4), "technique": "restir-di"}, "this is a part of frames; leave it out"),
+        ({"samples": range(4), "max_depth": 3, "settings": {"max_depth": 4}}, "max_depth was given twice"),
+        ({"samples": range(4), "frame": float("nan")}, "frame is nan; give a number"),
+        ({"samples": 3}, "give a range of them"),
+        ({"samples": range(4), "tile": (0, 0, 1, 1)}, "is no tile; give a restir.Tile"),
+        ({"samples": range(4), "camera": (0, 0, 0)}, "is no camera; give a restir.Camera"),
+        ({"samples": range(14)}, "ends with sample 13, and the image has 13"),
+    ]:
+        with pytest.raises(restir.RestirError, match=sentence):
+            restir.render_part(parts[0], cornell, **common, **more)
 
 
 def test_chains_and_frames_have_parts(cornell, tmp_path):

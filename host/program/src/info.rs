@@ -45,7 +45,7 @@ fn image(content: &Content) -> String {
 fn part(header: &Header) -> String {
     let ([width, height], Header { unit, range, tile, .. }) = (header.size, header);
     let rows = [
-        ("part of", format!("{width} x {height} pixels with {} {}, or more", header.count, unit.name())),
+        ("part of", format!("{width} x {height} pixels with at least {} {}", header.count, unit.name())),
         ("range", format!("--{} {}..{}", unit.name(), range.start, range.end - 1)),
         ("tile", format!("--tile {tile}")),
     ];

@@ -49,7 +49,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     warn(&merged);
     let files: String = written.iter().map(|path| format!("wrote {}\n", path.display())).collect();
     let (Merged { unit, count, .. }, parts_count) = (&merged, parts.len());
-    let done = format!("merged {parts_count} parts to {width} x {height} pixels with {count} {}\n", unit.name());
+    let parts_count = if parts_count == 1 { "a part".to_owned() } else { format!("{parts_count} parts") };
+    let done = format!("merged {parts_count} to {width} x {height} pixels with {count} {}\n", unit.name());
     let more = noise.map_or_else(String::new, |noise| more(&parts, &noise, goal, merged.unit));
     console::print(&(done + &files + &more))
 }
@@ -71,11 +72,17 @@ fn warn(merged: &Merged) {
 fn more(parts: &[PartFile], noise: &Noise, goal: f64, unit: Unit) -> String {
     let Noise { relative, count } = *noise;
     let longest = parts.iter().map(|part| part.header().range.len() as u32).max().unwrap_or(1);
-    let wanted = noise.wanted(goal, longest);
     let said = format!("noise {relative:.6} with {count} {}\n", unit.name());
     if relative <= goal {
         return said;
     }
+    let Some(wanted) = noise.wanted(goal, longest) else {
+        console::note(&format!(
+            "warning: no number of {} brings the noise down to {goal}; give a larger one",
+            unit.name()
+        ));
+        return said;
+    };
     let length = longest.saturating_mul((wanted - count).div_ceil(longest).div_ceil(MOST_RANGES));
     let starts = (count..wanted).step_by(length as usize);
     let ranges =

@@ -55,7 +55,7 @@ fn check(parts: &[&PartFile], unit: Unit, rectangle: Tile, size: [u32; 2], count
     let place = if rectangle == Tile::whole(size) { String::new() } else { format!(" --tile {rectangle}") };
     let missing = |from: u32, to: u32| {
         let (name, to) = (unit.name(), to - 1);
-        Err(Error::Setting(format!("the parts lack {name}; render --{name} {from}..{to}{place}, too")))
+        Err(Error::Setting(format!("{name} are missing; render --{name} {from}..{to}{place}, too")))
     };
     let mut last: Option<&PartFile> = None;
     for part in parts {
@@ -64,7 +64,10 @@ fn check(parts: &[&PartFile], unit: Unit, rectangle: Tile, size: [u32; 2], count
             Some(last) if range.start < end => {
                 let to = range.end.min(end) - 1;
                 let (other, name, from) = (last.path().display(), unit.name(), range.start);
-                let problem = format!("{other} has --{name} {from}..{to}{place}, too; leave one of them out");
+                let problem = match last.path() == part.path() {
+                    true => "it is given twice; name each part once".to_owned(),
+                    false => format!("{other} has --{name} {from}..{to}{place}, too; leave one of them out"),
+                };
                 return Err(cannot_merge(part, problem));
             }
             _ if range.start > end => return missing(end, range.start),

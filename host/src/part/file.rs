@@ -56,6 +56,10 @@ impl PartFile {
     /// [`Error::File`] if it cannot be read, is no part, or is damaged.
     pub fn open(path: &Path) -> Result<Self, Error> {
         Self::checked(path).map_err(|error| match error.kind() {
+            io::ErrorKind::InvalidInput => Error::cannot_read(
+                path,
+                "it is no part of an image; name files that restir render --samples or --tile writes",
+            ),
             io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
                 Error::cannot_read(path, "it is no whole part of an image; render it again")
             }
@@ -65,14 +69,19 @@ impl PartFile {
 
     fn checked(path: &Path) -> io::Result<Self> {
         let damaged = || io::Error::from(io::ErrorKind::InvalidData);
-        let file = File::open(path)?;
+        // to open a pipe would wait for who writes it
+        let is_file = std::fs::metadata(path)?.is_file();
+        let file = if is_file { File::open(path)? } else { return Err(io::ErrorKind::InvalidInput.into()) };
         let whole = file.metadata()?.len();
         let mut hashed = Hashed { file: BufReader::with_capacity(1 << 20, file), hasher: blake3::Hasher::new() };
         let (mut magic, mut length) = ([0; MAGIC.len()], [0; 8]);
         hashed.read_exact(&mut magic)?;
+        if magic != *MAGIC {
+            return Err(io::ErrorKind::InvalidInput.into());
+        }
         hashed.read_exact(&mut length)?;
         let length = u64::from_le_bytes(length);
-        if magic != *MAGIC || length > MOST_HEADER {
+        if length > MOST_HEADER {
             return Err(damaged());
         }
         let mut header = vec![0; length as usize];

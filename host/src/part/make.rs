@@ -3,7 +3,7 @@
 use super::header::{Header, Tile, Unit, identity};
 use super::tree::Tree;
 use super::{Part, Portion};
-use crate::checkpoint::{Checkpoint, Watch, render_frames};
+use crate::checkpoint::{Watch, render_frames};
 use crate::exec::{Executor, Progress, Step};
 use crate::film::aligned_blocks;
 use crate::plan::FramePlan;
@@ -12,6 +12,7 @@ use crate::sequence::Share;
 use crate::sequence::technique::Repeats;
 use crate::{Error, buffers::SceneBuffers};
 use restir_shared::layout::FilmPixel;
+use std::path::Path;
 
 /// The largest block that is rendered at once, as a power of two.
 const LARGEST: u32 = 31;
@@ -53,7 +54,7 @@ impl Part {
         scene: &SceneBuffers,
         render: &Render,
         portion: &Portion,
-        state: Option<Checkpoint<'_>>,
+        state: Option<&Path>,
         observe: &mut Observe<'_>,
     ) -> Result<(Self, u32), Error> {
         check(scene, render, portion)?;
@@ -87,6 +88,12 @@ fn check(scene: &SceneBuffers, render: &Render, portion: &Portion) -> Result<(),
     if range.is_empty() {
         return refused(format!("a part of no {name} is none; give at least one"));
     }
+    if let Some(tile) = tile.filter(|_| about.repeats == Repeats::Frames) {
+        return refused(format!(
+            "{} has no tiles, because its pixels use samples of each other; leave out the tile {tile}, or choose the technique path",
+            about.name
+        ));
+    }
     let repeats = if unit == Unit::Samples { Repeats::Samples } else { Repeats::Frames };
     if about.repeats != repeats {
         let parts = if about.repeats == Repeats::Samples { "samples" } else { "chains or frames" };
@@ -106,12 +113,11 @@ fn check(scene: &SceneBuffers, render: &Render, portion: &Portion) -> Result<(),
         return refused("frames in which something moves have no common mean; leave the camera and the scene as they are, or render each frame".to_owned());
     }
     match tile {
-        Some(tile) if unit != Unit::Samples => refused(format!(
-            "{} has no tiles, because its pixels use samples of each other; leave out the tile {tile}, or choose the technique path",
-            about.name
-        )),
         Some(tile) if !tile.is_in(size) => {
-            refused(format!("the tile {tile} is not in the image of {} x {} pixels", size[0], size[1]))
+            let [width, height] = size;
+            refused(format!(
+                "the tile {tile} is not in the image of {width} x {height} pixels; give its size, column and row"
+            ))
         }
         _ => Ok(()),
     }

@@ -16,11 +16,13 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// How many samples or chains bring it down to `goal`, as far as the error falls with the root of their number; a multiple of `step`.
-    pub fn wanted(&self, goal: f64, step: u32) -> u32 {
+    /// How many samples or chains bring it down to `goal`, as far as the error falls with the root of their number; a multiple of `step`. None, if
+    /// there are not as many: they are numbered by 32 bits.
+    pub fn wanted(&self, goal: f64, step: u32) -> Option<u32> {
         let step = f64::from(step.max(1));
         let wanted = f64::from(self.count) * (self.relative / goal).powi(2);
-        ((wanted / step).ceil() * step).max(f64::from(self.count)) as u32
+        let wanted = ((wanted / step).ceil() * step).max(f64::from(self.count));
+        (wanted < f64::from(u32::MAX)).then_some(wanted as u32)
     }
 }
 

@@ -60,7 +60,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     layers: bool,
     /// Save what is done in this file, every minute and on Ctrl-C, and go on from it if it is there. It is deleted once
-    /// the render is done. Of --frames A..B (ReSTIR) it has the state after a frame, from which the render of the next ones goes on, and stays.
+    /// the render is done. Of --frames A..B (ReSTIR) it gets the state after frame B once that is done, from which the render of the next ones goes
+    /// on.
     #[arg(long, value_name = "FILE", conflicts_with = "layers")]
     resume: Option<PathBuf>,
     /// Render a turntable: the camera goes once around its target in this many frames, each written to its own file; with --frames

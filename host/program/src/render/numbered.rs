@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::time::Instant;
 
-use restir::advanced::checkpoint::{self, Checkpoint, Watch, render_frames};
+use restir::advanced::checkpoint::{self, Watch, render_frames};
 use restir::exec::{Description, Executor, Step};
 use restir::image::read_exr_metadata;
 use restir::render::{Images, Progress, Render, Rendered, Shows};
 use restir::{Error, buffers::SceneBuffers, technique::Repeats};
 
 use super::super::{console, interrupt, progress::reported, tev::Viewer};
-use super::{CHECKPOINT_EVERY, Finished, Task, warn};
+use super::{Finished, Task, warn};
 
 /// Parts of a frame in which progress is told.
 const PARTS: u64 = 1000;
@@ -143,7 +143,7 @@ impl Files<'_> {
         let (Some((&first, _)), Some((&last, _))) = (missing.first_key_value(), missing.last_key_value()) else {
             return Ok(());
         };
-        let state = self.task.arguments.resume.as_ref().map(|path| Checkpoint { path, every: CHECKPOINT_EVERY });
+        let state = self.task.arguments.resume.as_deref();
         let task = self.task;
         let mut chain = Chain { files: self, description, render, missing, observe };
         render_frames(device, task.buffers, render, first..last + 1, state, &mut chain).map(drop)

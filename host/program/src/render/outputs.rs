@@ -119,6 +119,11 @@ impl Outputs {
         let twice = aov.iter().enumerate().find(|(i, layer)| aov[..*i].contains(layer));
         let name = twice.map_or("", |(_, layer)| layer.name());
         require(twice.is_none(), format_args!("--aov has {name} twice; name each layer once"))?;
+        let problem = format_args!(
+            "{} would be a part of an image; say which by --samples A..B, --chains A..B or --tile, or give an .exr file",
+            exr.display()
+        );
+        require(!ends_in(exr, "part"), problem)?;
         let problem = format_args!("the output {} has to end in .exr; use --png for a PNG file", exr.display());
         require(ends_in(exr, "exr"), problem)?;
         output::check_writable(exr)?;

@@ -5,7 +5,6 @@ use std::path::Path;
 use std::str::FromStr;
 use std::time::Instant;
 
-use restir::advanced::checkpoint::Checkpoint;
 use restir::advanced::part::{Part, Portion, Tile, Unit};
 use restir::exec::Executor;
 use restir::image::Image;
@@ -15,7 +14,7 @@ use restir::{Error, buffers::SceneBuffers};
 use super::super::parse::{Span, natural, require};
 use super::super::technique::Frames;
 use super::super::{console, interrupt, metadata, progress::reported};
-use super::{Arguments, CHECKPOINT_EVERY, Task};
+use super::{Arguments, Task};
 
 /// Parts of a frame in which progress is told.
 const PARTS: u64 = 1000;
@@ -184,12 +183,12 @@ impl Task<'_> {
         (file, frame): (&Path, Option<u32>),
         observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
     ) -> Result<String, Error> {
-        let state = self.arguments.resume.as_ref().map(|path| Checkpoint { path, every: CHECKPOINT_EVERY });
+        let state = self.arguments.resume.as_deref();
         let (part, from) = Part::render_from(device, scene, render, portion, state, observe)?;
         if from < portion.range.start {
-            let last = portion.range.start - 1;
+            let first = portion.range.start;
             console::note(&format!(
-                "warning: frames {from} to {last} had to be rendered, too, because they come before the part; --resume FILE hands their state on"
+                "warning: the frames from {from} on had to be rendered, too, because they come before frame {first}; --resume FILE hands their state on"
             ));
         }
         part.with_notes(self.notes(render, device, frame)).write(file)?;

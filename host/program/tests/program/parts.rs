@@ -50,9 +50,11 @@ fn parts_that_do_not_go_together_are_refused() {
     let workplace = Workplace::new();
     let a = workplace.part("a.part", &["--spp", "8", "--samples", "0..3"]);
     let b = workplace.part("b.part", &["--spp", "8", "--samples", "4..7"]);
-    workplace.does_not_merge(&[&a], &["lack samples", "--samples 4..7"]);
-    workplace.does_not_merge(&[&b], &["lack samples", "--samples 0..3"]);
-    workplace.does_not_merge(&[&a, &b, &a], &["a.part", "--samples 0..3", "leave one of them out"]);
+    workplace.does_not_merge(&[&a], &["samples are missing", "--samples 4..7"]);
+    workplace.does_not_merge(&[&b], &["samples are missing", "--samples 0..3"]);
+    workplace.does_not_merge(&[&a, &b, &a], &["a.part", "it is given twice"]);
+    let copy = workplace.input("copy.part", &std::fs::read(&a).unwrap());
+    workplace.does_not_merge(&[&a, &b, &copy], &["copy.part", "--samples 0..3", "leave one of them out"]);
     let overlap = workplace.part("overlap.part", &["--samples", "2..5"]);
     workplace.does_not_merge(&[&a, &overlap], &["overlap.part", "a.part has --samples 2..3, too"]);
     let tile = workplace.part("tile.part", &["--samples", "4..7", "--tile", "16x5+0+0"]);
@@ -75,7 +77,7 @@ fn parts_that_do_not_go_together_are_refused() {
     workplace.does_not_merge(&[&a, &cut], &["cut.part", "no whole part of an image", "render it again"]);
     let image = workplace.output("image.exr");
     workplace.picture("image.exr", "cornell", &["--spp", "1"]);
-    workplace.does_not_merge(&[&a, &image], &["image.exr", "no whole part"]);
+    workplace.does_not_merge(&[&a, &image], &["image.exr", "it is no part of an image"]);
     workplace.does_not_merge(&[&a, "missing.part"], &["missing.part"]);
     finish(&mut program(["merge", &a, &b, "-o", &a])).refused(&[".exr"]);
 }
@@ -86,6 +88,7 @@ fn what_has_no_parts_is_refused() {
     let di = ["--technique", "restir-di"];
     for (name, more, words) in [
         ("a.exr", &["--samples", "0..3"][..], &["-o FILE.part"][..]),
+        ("a.part", &["--spp", "3"], &["say which by --samples A..B"]),
         ("a.part", &["--samples", "0..3", "--png", "a.png"], &["--png is for whole images"]),
         ("a.part", &["--samples", "0..3", "--denoise"], &["--denoise is for whole images"]),
         ("a.part", &["--samples", "0..3", "--aov", "depth"], &["--aov is for whole images"]),
@@ -96,6 +99,7 @@ fn what_has_no_parts_is_refused() {
         ("a.part", &["--chains", "0..3"], &["path has no parts by chains"]),
         ("a.part", &["--samples", "3..1"], &["A..B"]),
         ("a.part", &[&di[..], &["--samples", "0..3"]].concat(), &["restir-di has no parts by samples"]),
+        ("a.part", &[&di[..], &["--tile", "4x4+0+0"]].concat(), &["restir-di has no tiles"]),
         ("a.part", &[&di[..], &["--chains", "0..3", "--tile", "4x4+0+0"]].concat(), &["use samples of each other"]),
         ("a.part", &[&di[..], &["--chains", "0..3", "--frames", "2..4"]].concat(), &["--frames COUNT"]),
         (
@@ -119,7 +123,7 @@ fn frames_go_on_from_the_state_of_those_before() {
     let part = |name: &str, frames: &str, more: &[&str]| {
         let outcome =
             finish(&mut workplace.render(name, "cornell", &[&di[..], &["--frames", frames], more].concat())).done();
-        (workplace.output(name), outcome.stderr.contains("had to be rendered, too"))
+        (workplace.output(name), outcome.stderr.contains("from 0 on had to be rendered, too"))
     };
     let (a, _) = part("a.part", "0..4", &["--resume", &state]);
     let (b, from_zero) = part("b.part", "5..8", &["--resume", &state]);
@@ -132,7 +136,7 @@ fn frames_go_on_from_the_state_of_those_before() {
     // the state is after frame 8 now
     let mut late =
         workplace.render("late.part", "cornell", &[&di[..], &["--frames", "3..4", "--resume", &state]].concat());
-    finish(&mut late).refused(&["it is of frame 9, and frame 3 is asked for"]);
+    finish(&mut late).refused(&["the state before frame 9, and frame 3 is asked for"]);
     let other = [&di[..], &["--frames", "9..9", "--seed", "1", "--resume", &state]].concat();
     finish(&mut workplace.render("other.part", "cornell", &other)).refused(&["of another scene, of other settings"]);
 }
