@@ -49,9 +49,12 @@ pub(crate) fn image(array: &PyReadonlyArray3<'_, f32>) -> PyResult<Image> {
     Ok(Image { width: side(width)?, height: side(height)?, pixels })
 }
 
+/// The colour of an image, and pairs that say how it was made.
+pub(crate) type Color<'py> = (Bound<'py, PyArray3<f32>>, Vec<(String, String)>);
+
 #[pyfunction]
 #[pyo3(name = "read_exr")]
-fn read(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyArray3<f32>>, Vec<(String, String)>)> {
+fn read(py: Python<'_>, path: PathBuf) -> PyResult<Color<'_>> {
     let read = py.detach(|| Ok::<_, restir::Error>((read_exr(&path)?, read_exr_metadata(&path)?)));
     let (image, metadata) = read.map_err(refused)?;
     Ok((of_image(py, image)?, metadata))

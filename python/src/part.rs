@@ -1,6 +1,5 @@
 //! Parts of an image.
 
-use numpy::PyArray3;
 use pyo3::prelude::*;
 use restir::advanced::part::{Part, PartFile, Portion, Tile, Unit, merge, noise};
 use std::path::PathBuf;
@@ -48,11 +47,8 @@ fn render_part(
     })
 }
 
-/// What [`merge_parts`] gives: the colour, and pairs that say how it was made.
-type Given<'py> = (Bound<'py, PyArray3<f32>>, Vec<(String, String)>);
-
 #[pyfunction]
-fn merge_parts(py: Python<'_>, paths: Vec<PathBuf>) -> PyResult<Given<'_>> {
+fn merge_parts(py: Python<'_>, paths: Vec<PathBuf>) -> PyResult<array::Color<'_>> {
     let merged = py.detach(|| {
         let parts = open(&paths)?;
         let notes = parts.first().map(|part| part.header().notes.clone()).unwrap_or_default();

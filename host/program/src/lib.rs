@@ -51,7 +51,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene to an EXR file.
-    Render(render::Arguments),
+    Render(Box<render::Arguments>),
     /// Merge parts of an image that were rendered apart, to the bits of one render.
     Merge(merge::Arguments),
     /// Write a scene as a .glb file, for other renderers.
