@@ -14,7 +14,7 @@ dask = pytest.importorskip("distributed")
 import restir.distributed  # noqa: E402
 
 SIZE = (96, 64)
-SAMPLES = 1024
+SAMPLES = 640
 ENDED = 20
 
 
@@ -37,9 +37,21 @@ def pids(client) -> list[int]:
     return sorted(answer for answer in answers if isinstance(answer, int))
 
 
+def four_workers(client) -> list[int]:
+    """Process numbers of four workers or more: Dask starts most of those again that have ended, and gives up on some."""
+    for second in range(60):
+        found = pids(client)
+        if len(found) >= 4:
+            return found
+        if second % 4 == 3:
+            client.cluster.scale(len(client.cluster.worker_spec) + 4 - len(found))
+        time.sleep(1.0)
+    raise TimeoutError("there are no four workers")
+
+
 def test_it_has_the_bits_of_one_process(client, expected):
     seen = []
-    image = restir.distributed.render(client, "cornell", samples=SAMPLES, part=100, size=SIZE, progress=seen.append)
+    image = restir.distributed.render(client, "cornell", samples=SAMPLES, part=70, size=SIZE, progress=seen.append)
     assert same(image, expected) and image.metadata["samples"] == str(SAMPLES)
     assert seen[-1] == 1.0 and seen == sorted(seen)
 
@@ -66,8 +78,7 @@ def test_workers_that_end_change_nothing(client, expected, caplog):
     generator = random.Random(20)
     caplog.set_level(logging.INFO, "restir.distributed")
     for _ in range(ENDED):
-        client.wait_for_workers(4, timeout=60)
-        worker = generator.choice(pids(client))
+        worker = generator.choice(four_workers(client))
         share = generator.uniform(0.0, 0.6)
         ended = []
 
@@ -76,7 +87,7 @@ def test_workers_that_end_change_nothing(client, expected, caplog):
                 os.kill(worker, signal.SIGKILL)
                 ended.append(done)
 
-        image = restir.distributed.render(client, "cornell", samples=SAMPLES, part=32, size=SIZE, progress=end_one)
+        image = restir.distributed.render(client, "cornell", samples=SAMPLES, part=20, size=SIZE, progress=end_one)
         assert same(image, expected)
         assert ended and ended[0] < 1.0, "the worker ended during the render"
     said = caplog.text.count("has ended; what it had in work is rendered elsewhere")
