@@ -18,7 +18,7 @@ import restir
 import restir.distributed
 from distributed import Client, LocalCluster
 
-SCENE, SIZE, SAMPLES, PART = "glass", (256, 192), 2048, 64
+SCENE, SIZE, SAMPLES, PART = "glass", (256, 192), 256, 8
 # an image of film size, of one sample a part: merging is all that counts
 FILM, FILM_PARTS = (2048, 1080), 16
 PLANES = 1  # parts of a power of two of samples are a single plane

@@ -24,7 +24,7 @@ const PARTS: u64 = 1000;
 pub(super) struct PartArguments {
     /// Render samples A to B of each pixel (path tracing), of those that --spp gives, counted from 0. The result is a part,
     /// -o out.part; `restir merge` makes the image of all parts, with the bits of one render.
-    #[arg(long, value_name = "A..B", conflicts_with = "chains", allow_hyphen_values = true)]
+    #[arg(long, value_name = "A..B", value_parser = samples, conflicts_with = "chains", allow_hyphen_values = true)]
     samples: Option<Span>,
     /// Render chains A to B, each a render of its own whose seed is --seed and so many more (ReSTIR). The result is a part of their mean.
     /// A part of one chain's mean is asked for by --frames A..B --accumulate.
@@ -34,6 +34,11 @@ pub(super) struct PartArguments {
     /// result is a part.
     #[arg(long, visible_alias = "tiles", value_name = "WIDTHxHEIGHT+X+Y", allow_hyphen_values = true)]
     tile: Option<TileArgument>,
+}
+
+/// Samples of --samples; elsewhere an option of that name says how many there are.
+fn samples(text: &str) -> Result<Span, String> {
+    text.parse().map_err(|problem| format!("{problem}; how many there are says --spp"))
 }
 
 /// A tile as it is written.

@@ -148,7 +148,7 @@ fn numbers_that_cannot_be() {
 #[test]
 fn arguments_that_do_not_exist() {
     assert_options_refused(&["--sze", "8x8"], &["--sze", "--size"]);
-    assert_options_refused(&["--samples", "4"], &["--samples", "here it is --spp"]);
+    assert_options_refused(&["--samples", "4"], &["--samples", "it has to be A..B", "--spp"]);
     assert_options_refused(&["--width=64"], &["--width", "here it is --size"]);
     let unknown = finish(&mut Workplace::new().render("image.exr", "cornell", &["--zzz"])).refused(&["--zzz"]);
     assert!(!unknown.stderr.contains("-- --zzz"), "{}", unknown.stderr);
