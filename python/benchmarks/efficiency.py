@@ -80,7 +80,7 @@ def report() -> str:
 
 Two workers are {one / two:.2f} times as fast as one, an efficiency of {one / two / 2:.0%}, on a machine of {cores} cores whose second one also has the scheduler and the merging.
 
-`python python/benchmarks/efficiency.py --write docs/farm-efficiency.md` (2 min) measured this: `{SCENE}`, {SIZE[0]} x {SIZE[1]} pixels,
+`python python/benchmarks/efficiency.py --write docs/farm-efficiency.md` (3 min) measured this: `{SCENE}`, {SIZE[0]} x {SIZE[1]} pixels,
 {SAMPLES} samples in parts of {PART}; medians of {REPEATS} renders, in turns; one thread a worker.
 
 | | |

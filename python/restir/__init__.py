@@ -313,11 +313,12 @@ _opened: dict[str, Device] = {}
 
 
 def _device(device: str | Device) -> Device:
-    """A device by its name is opened once."""
+    """A device by its name is opened once; the CPU has as many threads as RAYON_NUM_THREADS says, or one a core."""
     if isinstance(device, Device):
         return device
     if device not in _opened:
-        _opened[device] = Device(device)
+        threads = os.environ.get("RAYON_NUM_THREADS", "") if device == "cpu" else ""
+        _opened[device] = Device(device, threads=int(threads) if threads.isdecimal() and int(threads) > 0 else None)
     return _opened[device]
 
 
