@@ -28,12 +28,12 @@
 //! ```
 
 use crate::exec::{Description, Executor, Observer, Progress, Step};
-use crate::output::write_atomically;
+use crate::output::write_hashed;
 use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
 use crate::render::{Images, Render, Rendered, Shows};
 use crate::{Error, buffers::SceneBuffers};
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -226,21 +226,14 @@ impl Kept {
 
     /// The digest, how much is done, each plane with its length, and a hash of all that.
     fn write(&self, path: &Path, digest: &blake3::Hash) -> Result<(), Error> {
-        write_atomically(path, |file| {
-            let mut hasher = blake3::Hasher::new();
-            let mut put = |bytes: &[u8]| {
-                hasher.update(bytes);
-                file.write_all(bytes)
-            };
+        write_hashed(path, |put| {
             put(MAGIC)?;
             put(digest.as_bytes())?;
             put(&self.done.to_le_bytes())?;
-            for plane in &self.planes {
+            self.planes.iter().try_for_each(|plane| {
                 put(&(plane.len() as u64).to_le_bytes())?;
-                put(bytemuck::cast_slice(plane))?;
-            }
-            let hash = hasher.finalize();
-            file.write_all(hash.as_bytes())
+                put(bytemuck::cast_slice(plane))
+            })
         })
     }
 

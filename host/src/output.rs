@@ -79,6 +79,21 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -
     Ok(())
 }
 
+/// As [`write_atomically`], with a hash (BLAKE3) of all that `fill` puts behind it.
+pub(crate) fn write_hashed(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()>,
+) -> Result<(), Error> {
+    write_atomically(path, |file| {
+        let mut hasher = blake3::Hasher::new();
+        fill(&mut |bytes| {
+            hasher.update(bytes);
+            file.write_all(bytes)
+        })?;
+        file.write_all(hasher.finalize().as_bytes())
+    })
+}
+
 /// Checks that [`write_atomically`] could write `path`, without leaving anything there: to be asked before long work.
 ///
 /// # Errors

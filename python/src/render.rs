@@ -61,11 +61,16 @@ impl Request {
         let framed = || Camera::framing(scene.bounds(), f64::from(size[0]) / f64::from(size[1].max(1)));
         let given = self.camera.map(camera_of).transpose()?.map(|camera| camera.moved(-scene.origin));
         let camera = given.or_else(|| scene.camera.is_none().then(framed));
+        // the scene's own camera where nothing moves, as the program has it: parts of both are of one render then
+        let (own, moving) = if buffers.is_animated() { (None, camera) } else { (camera, None) };
+        if let Some(camera) = own {
+            Arc::make_mut(&mut buffers).camera = camera;
+        }
         if self.frame != 0.0 {
             buffers = Arc::new(buffers.at(self.frame).map_err(refused)?);
         }
         let count = self.count.unwrap_or(technique.about().default_count);
-        let (denoise, cameras) = (self.denoise.then(Denoise::default), camera.into_iter().collect());
+        let (denoise, cameras) = (self.denoise.then(Denoise::default), moving.into_iter().collect());
         let (accumulate, seed) = (self.accumulate, self.seed);
         let render = Render { count, accumulate, seed, denoise, cameras, ..Render::new(size, technique) };
         Ok(Job { scene, buffers, render })

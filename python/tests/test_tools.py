@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import restir
-from conftest import same
+from conftest import REPOSITORY, same
 
 SIZE = (40, 30)
 
@@ -86,6 +86,19 @@ def test_parts_are_merged_to_the_bits_of_one_render(cornell, tmp_path, program):
     ]:
         with pytest.raises(restir.RestirError, match=sentence):
             restir.render_part(parts[0], cornell, **common, **more)
+
+
+@pytest.mark.parametrize("camera", [None, restir.Camera((0, 1, 6), (0, 0, 0))])
+def test_parts_of_python_and_of_the_program_are_of_one_render(tmp_path, program, camera):
+    # the file has no camera: it is framed, or seen from where both are told
+    name = str(REPOSITORY / "assets/suzanne.glb")
+    scene = restir.load(name, default_light=True)
+    parts = [tmp_path / "a.part", tmp_path / "b.part"]
+    restir.render_part(parts[0], scene, samples=range(0, 2), size=SIZE, camera=camera)
+    seen = [] if camera is None else ["--camera", "0,1,6:0,0,0"]
+    given = ["--default-light", "--size", "40x30", "--device", "cpu", "--samples", "2..3", *seen]
+    program("render", name, *given, "-o", str(parts[1]))
+    assert same(restir.merge(parts), restir.render(scene, samples=4, size=SIZE, camera=camera))
 
 
 def test_chains_and_frames_have_parts(cornell, tmp_path):

@@ -3,10 +3,10 @@
 use super::Part;
 use super::header::{Header, Tile};
 use crate::Error;
-use crate::output::write_atomically;
+use crate::output::write_hashed;
 use restir_shared::layout::FilmPixel;
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// The file begins with this and the length of the header as 8 bytes; the header is JSON; then come the planes of the blocks, four 32-bit numbers a
@@ -24,18 +24,11 @@ impl Part {
     /// [`Error::File`] if that cannot be.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
         let header = serde_json::to_vec(&self.header).map_err(|error| Error::cannot_write(path, error))?;
-        write_atomically(path, |file| {
-            let mut hasher = blake3::Hasher::new();
-            let mut put = |bytes: &[u8]| {
-                hasher.update(bytes);
-                file.write_all(bytes)
-            };
+        write_hashed(path, |put| {
             put(MAGIC)?;
             put(&(header.len() as u64).to_le_bytes())?;
             put(&header)?;
-            self.planes.iter().try_for_each(|plane| put(bytemuck::cast_slice(plane)))?;
-            let hash = hasher.finalize();
-            file.write_all(hash.as_bytes())
+            self.planes.iter().try_for_each(|plane| put(bytemuck::cast_slice(plane)))
         })
     }
 }
