@@ -14,7 +14,7 @@ use restir::technique::explain::{Place, Subject};
 use restir::technique::{Repeats, Technique, configure, named};
 use std::sync::Arc;
 
-use crate::scene::{CameraTuple, Scene, camera_of};
+use crate::scene::{CameraTuple, Scene, Snapshot, camera_of};
 use crate::watch::Watch;
 use crate::{array, device::Device, refused};
 
@@ -55,10 +55,10 @@ pub(crate) fn technique_of(name: &str, settings: &[String]) -> Result<Box<dyn Te
 impl Request {
     /// What it is for this scene; without the interpreter.
     pub(crate) fn job(self, scene: &Scene) -> PyResult<Job> {
-        let (scene, mut buffers) = scene.snapshot().map_err(refused)?;
+        let Snapshot { scene, mut buffers, bounds } = scene.snapshot().map_err(refused)?;
         let technique = technique_of(&self.technique, &self.settings).map_err(refused)?;
         let size = self.size.or(scene.default_size).unwrap_or(DEFAULT_SIZE);
-        let framed = || Camera::framing(scene.bounds(), f64::from(size[0]) / f64::from(size[1].max(1)));
+        let framed = || Camera::framing(bounds, f64::from(size[0]) / f64::from(size[1].max(1)));
         let given = self.camera.map(camera_of).transpose()?.map(|camera| camera.moved(-scene.origin));
         let camera = given.or_else(|| scene.camera.is_none().then(framed));
         // the scene's own camera where nothing moves, as the program has it: parts of both are of one render then

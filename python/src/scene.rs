@@ -11,9 +11,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use crate::{array, refused};
 
 /// What a scene is, and what kernels see of it, which is built when it is asked for.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Inner {
     scene: scene::Scene,
+    /// A light above it is added when it is built: an automatic camera does not frame that.
+    default_light: bool,
     built: Option<Arc<SceneBuffers>>,
 }
 
@@ -21,6 +23,14 @@ struct Inner {
 #[pyclass(frozen, module = "restir")]
 #[derive(Default)]
 pub(crate) struct Scene(Mutex<Inner>);
+
+/// A scene as it stands.
+pub(crate) struct Snapshot {
+    pub(crate) scene: scene::Scene,
+    pub(crate) buffers: Arc<SceneBuffers>,
+    /// Lower and upper corner, without the default light.
+    pub(crate) bounds: [[f32; 3]; 2],
+}
 
 /// Three numbers.
 type Vector = [f64; 3];
@@ -44,15 +54,19 @@ impl Scene {
         edit(&mut inner.scene)
     }
 
-    /// The scene as it stands, and as kernels see it.
-    pub(crate) fn snapshot(&self) -> Result<(scene::Scene, Arc<SceneBuffers>), restir::Error> {
+    /// The scene as it stands with its light, as kernels see it, and what a camera frames.
+    pub(crate) fn snapshot(&self) -> Result<Snapshot, restir::Error> {
         let mut inner = self.inner();
-        let built = match &inner.built {
+        let (mut scene, bounds) = (inner.scene.clone(), inner.scene.bounds());
+        if inner.default_light {
+            scene.add_default_light();
+        }
+        let buffers = match &inner.built {
             Some(built) => built.clone(),
-            None => Arc::new(SceneBuffers::build(&inner.scene)?),
+            None => Arc::new(SceneBuffers::build(&scene)?),
         };
-        inner.built = Some(built.clone());
-        Ok((inner.scene.clone(), built))
+        inner.built = Some(buffers.clone());
+        Ok(Snapshot { scene, buffers, bounds })
     }
 }
 
@@ -72,12 +86,11 @@ impl Scene {
             scene.warn_of_dim_light();
             Ok::<_, restir::Error>(scene)
         });
-        Ok(Self(Mutex::new(Inner { scene: scene.map_err(refused)?, built: None })))
+        Ok(Self(Mutex::new(Inner { scene: scene.map_err(refused)?, ..Inner::default() })))
     }
 
     fn copy(&self) -> Self {
-        let inner = self.inner();
-        Self(Mutex::new(Inner { scene: inner.scene.clone(), built: inner.built.clone() }))
+        Self(Mutex::new(self.inner().clone()))
     }
 
     #[getter]
@@ -273,7 +286,8 @@ impl Scene {
     }
 
     fn add_default_light(&self) {
-        self.edit(scene::Scene::add_default_light);
+        let mut inner = self.inner();
+        (inner.default_light, inner.built) = (true, None);
     }
 
     fn __repr__(&self) -> String {

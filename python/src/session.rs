@@ -36,7 +36,7 @@ impl Session {
             cpu.ok_or_else(|| refused("sessions of Python run on the CPU; give device=\"cpu\""))?.map_err(refused)?;
         let scene = scene.get();
         let session = py.detach(|| {
-            let (scene, _) = scene.snapshot()?;
+            let scene = scene.snapshot()?.scene;
             let technique = technique_of(technique, &settings)?;
             let denoise = denoise.then(Denoise::default);
             let setup = Setup::new(SceneBuffers::build_editable(&scene)?, technique, size);
@@ -60,7 +60,7 @@ impl Session {
             let edited = scene.map(Scene::snapshot).transpose().map_err(refused)?;
             let change = match (&edited, frame) {
                 (Some(_), Some(_)) => return Err(refused("an edited scene has no frame; give scene or frame")),
-                (Some((scene, _)), None) => SceneChange::Edited(scene),
+                (Some(snapshot), None) => SceneChange::Edited(&snapshot.scene),
                 (None, Some(frame)) => SceneChange::Frame(frame),
                 (None, None) => SceneChange::None,
             };
