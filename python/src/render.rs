@@ -55,12 +55,13 @@ pub(crate) fn technique_of(name: &str, settings: &[String]) -> Result<Box<dyn Te
 impl Request {
     /// What it is for this scene; without the interpreter.
     pub(crate) fn job(self, scene: &Scene) -> PyResult<Job> {
-        let Snapshot { scene, mut buffers, bounds } = scene.snapshot().map_err(refused)?;
+        let snapshot = scene.snapshot().map_err(refused)?;
         let technique = technique_of(&self.technique, &self.settings).map_err(refused)?;
-        let size = self.size.or(scene.default_size).unwrap_or(DEFAULT_SIZE);
-        let framed = || Camera::framing(bounds, f64::from(size[0]) / f64::from(size[1].max(1)));
+        let size = self.size.or(snapshot.scene.default_size).unwrap_or(DEFAULT_SIZE);
+        let framing = snapshot.scene.camera.is_none().then(|| snapshot.framing(size));
+        let Snapshot { scene, mut buffers, .. } = snapshot;
         let given = self.camera.map(camera_of).transpose()?.map(|camera| camera.moved(-scene.origin));
-        let camera = given.or_else(|| scene.camera.is_none().then(framed));
+        let camera = given.or(framing);
         // the scene's own camera where nothing moves, as the program has it: parts of both are of one render then
         let (own, moving) = if buffers.is_animated() { (None, camera) } else { (camera, None) };
         if let Some(camera) = own {

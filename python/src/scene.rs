@@ -29,7 +29,20 @@ pub(crate) struct Snapshot {
     pub(crate) scene: scene::Scene,
     pub(crate) buffers: Arc<SceneBuffers>,
     /// Lower and upper corner, without the default light.
-    pub(crate) bounds: [[f32; 3]; 2],
+    bounds: [[f32; 3]; 2],
+}
+
+impl Snapshot {
+    /// The camera that shows all of it.
+    pub(crate) fn framing(&self, [width, height]: [u32; 2]) -> Camera {
+        Camera::framing(self.bounds, f64::from(width) / f64::from(height.max(1)))
+    }
+
+    /// The scene, seen by a camera of its own.
+    pub(crate) fn framed(mut self, size: [u32; 2]) -> scene::Scene {
+        self.scene.camera = self.scene.camera.or_else(|| Some(self.framing(size)));
+        self.scene
+    }
 }
 
 /// Three numbers.

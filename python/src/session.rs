@@ -36,7 +36,7 @@ impl Session {
             cpu.ok_or_else(|| refused("sessions of Python run on the CPU; give device=\"cpu\""))?.map_err(refused)?;
         let scene = scene.get();
         let session = py.detach(|| {
-            let scene = scene.snapshot()?.scene;
+            let scene = scene.snapshot()?.framed(size);
             let technique = technique_of(technique, &settings)?;
             let denoise = denoise.then(Denoise::default);
             let setup = Setup::new(SceneBuffers::build_editable(&scene)?, technique, size);
@@ -57,14 +57,15 @@ impl Session {
         let camera = camera.map(camera_of).transpose()?;
         let scene = scene.map(Bound::get);
         let (image, history) = py.detach(|| {
+            let mut session = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             let edited = scene.map(Scene::snapshot).transpose().map_err(refused)?;
+            let edited = edited.map(|snapshot| snapshot.framed(session.setup().size));
             let change = match (&edited, frame) {
                 (Some(_), Some(_)) => return Err(refused("an edited scene has no frame; give scene or frame")),
-                (Some(snapshot), None) => SceneChange::Edited(&snapshot.scene),
+                (Some(scene), None) => SceneChange::Edited(scene),
                 (None, Some(frame)) => SceneChange::Frame(frame),
                 (None, None) => SceneChange::None,
             };
-            let mut session = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             let origin = session.setup().scene.origin();
             let camera = camera.map(|camera| camera.moved(-origin));
             let begun = session.frame(&View { camera, scene: change, ..View::default() }).map_err(refused)?;

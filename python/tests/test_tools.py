@@ -98,7 +98,10 @@ def test_parts_of_python_and_of_the_program_are_of_one_render(tmp_path, program,
     seen = [] if camera is None else ["--camera", "0,1,6:0,0,0"]
     given = ["--default-light", "--size", "40x30", "--device", "cpu", "--samples", "2..3", *seen]
     program("render", name, *given, "-o", str(parts[1]))
-    assert same(restir.merge(parts), restir.render(scene, samples=4, size=SIZE, camera=camera))
+    whole = restir.render(scene, samples=4, size=SIZE, camera=camera)
+    assert same(restir.merge(parts), whole)
+    session = restir.Session(scene, technique="path", samples=4, size=SIZE)
+    assert same(session.render(camera=camera), whole)
 
 
 def test_chains_and_frames_have_parts(cornell, tmp_path):
