@@ -78,7 +78,7 @@ def report() -> str:
     cores = os.cpu_count()
     return f"""# Two workers, and a model of a thousand
 
-Two workers are {one / two:.2f} times as fast as one, an efficiency of {one / two / 2:.0%}, on a machine of {cores} cores whose second one also has the scheduler and the merging.
+Two workers are {one / two:.2f} times as fast as one, an efficiency of {one / two / 2:.0%}, on a machine of {cores} cores, which the scheduler and the merging share.
 
 `python python/benchmarks/efficiency.py --write docs/farm-efficiency.md` (3 min) measured this: `{SCENE}`, {SIZE[0]} x {SIZE[1]} pixels,
 {SAMPLES} samples in parts of {PART}; medians of {REPEATS} renders, in turns; one thread a worker.
@@ -87,12 +87,12 @@ Two workers are {one / two:.2f} times as fast as one, an efficiency of {one / tw
 |---|---:|
 | one worker | {one:.2f} s |
 | two workers | {two:.2f} s |
-| a part of a pixel or so: task, file, transfer | {1000 * overhead:.1f} ms |
+| overhead of a part (8 x 6 pixels, one sample): task, file, transfer | {1000 * overhead:.1f} ms |
 | checking and merging | {1e9 * byte:.2f} s a GB of parts, on one core |
 
-**The model.** A part of 2^k samples is one plane of {PIXEL} bytes a pixel, whatever k is: {moved / 1e6:.0f} MB of {FILM[0]} x {FILM[1]} pixels. What does not
-become less with the number of workers is in the table, for parts eight times as many as workers. A render of T seconds of work takes about T / workers, and the last two columns, which overlap with it but
-for what is left when the last part is there. So parts should be few and long: with one part a worker instead of eight the columns are an eighth. The network is not in it: divide the bytes by its speed.
+**The model.** A part of 2^k samples is one plane of {PIXEL} bytes a pixel, whatever k is: {moved / 1e6:.0f} MB of {FILM[0]} x {FILM[1]} pixels. The table
+has the costs that do not shrink with more workers, at eight parts a worker. A render of T seconds of work takes about T / workers. The last two columns mostly overlap with it, if they are shorter; else they
+decide. So parts should be few and long: with one part a worker the columns are an eighth. The model has no network: divide the bytes by its speed.
 
 | workers | parts | bytes moved | tasks, one after another | merging |
 |---:|---:|---:|---:|---:|

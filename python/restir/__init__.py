@@ -499,7 +499,7 @@ def render_part(
 
     The part is a range of ``samples`` of path tracing, of a ``tile`` if there is one; of ``chains`` of ``frames``
     frames each, with a seed of its own each; or a range of ``frames`` of one chain. ``of`` is how many samples the image
-    has in all, if merging is to miss those that lack.
+    has in all: merging then refuses an image of fewer.
     """
     ranges = {"samples": samples, "chains": chains, "frames": frames if isinstance(frames, range) else None}
     given = [(unit, of_unit) for unit, of_unit in ranges.items() if of_unit is not None]
@@ -528,7 +528,7 @@ def render_part(
 
 
 def merge(parts: Iterable[str | os.PathLike[str]]) -> Image:
-    """Merges parts of one image, in any order. What lacks, is there twice or is of another render is an error."""
+    """Merges parts of one image, in any order. Missing parts, parts given twice and parts of another render are errors."""
     color, metadata = _restir.merge_parts(_files(parts))
     return Image(color, {}, dict(metadata))
 

@@ -36,7 +36,7 @@ struct Spread {
 }
 
 /// The noise of the image that [`super::merge`] makes of the parts, by how far their blocks differ. Blocks of chains are independent. Those of samples are spread
-/// over the pixel together, so that their mean is at most as noisy as this says.
+/// over the pixel together, so that this is expected to say too much for them, not too little.
 ///
 /// # Errors
 /// As of [`super::merge`]; [`Error::Setting`] of frames, which depend on each other, and of a single block.
