@@ -39,6 +39,8 @@ pub mod foreign;
 pub mod image;
 #[doc(hidden)]
 pub mod input;
+#[cfg(feature = "languages")]
+pub mod language;
 mod layered;
 pub mod memory;
 pub mod metrics;
@@ -48,6 +50,8 @@ pub mod oidn;
 pub mod output;
 pub mod part;
 pub mod plan;
+#[cfg(feature = "languages")]
+pub mod plan_file;
 #[cfg(feature = "exr")]
 pub mod reference;
 pub mod render;

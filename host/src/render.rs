@@ -181,6 +181,38 @@ impl Render {
         dispatches: Dispatches,
         share: Option<([u32; 2], Share)>,
     ) -> FramePlan<'a> {
+        let (frames, stage) = self.frames(scene, dispatches, share);
+        let counted = frames.sequence.counts();
+        FramePlan {
+            buffers: frames.sequence.buffers().to_vec(),
+            pass_count: frames.pass_count(self.sequence(&stage)),
+            outputs: std::iter::once(frames.sequence.output()).chain(counted.map(|(buffer, _)| buffer)).collect(),
+            counts: counted.map_or([""; 4], |(_, names)| names),
+            passes: Box::new(frames),
+            scene: Some(Arc::new(scene.clone())),
+        }
+    }
+
+    /// The passes of [`Self::plan`], frame by frame.
+    #[cfg(feature = "languages")]
+    pub(crate) fn passes_by_frame<'a>(
+        &'a self,
+        scene: &'a SceneBuffers,
+    ) -> impl Iterator<Item = Result<Vec<Pass>, Error>> + 'a {
+        let (mut frames, _) = self.frames(scene, Dispatches::Short, None);
+        (0..frames.len()).map(move |_| {
+            frames.begin()?;
+            std::iter::from_fn(|| frames.next_of_frame()).collect()
+        })
+    }
+
+    /// The frames, before the first one, and what stays from one to the next.
+    fn frames<'a>(
+        &'a self,
+        scene: &'a SceneBuffers,
+        dispatches: Dispatches,
+        share: Option<([u32; 2], Share)>,
+    ) -> (Frames<'a>, Stage) {
         let moments = match self.technique.about().repeats {
             Repeats::Samples => Moments::still(Arc::new(scene.clone())),
             Repeats::Frames => {
@@ -201,16 +233,7 @@ impl Render {
             share: share.map(|(_, share)| share),
         };
         let sequence = self.sequence(&stage);
-        let counted = sequence.counts();
-        let frames = Frames { render: self, scene, moments, sequence, next: 0, begun: None };
-        FramePlan {
-            buffers: frames.sequence.buffers().to_vec(),
-            pass_count: frames.pass_count(self.sequence(&stage)),
-            outputs: std::iter::once(frames.sequence.output()).chain(counted.map(|(buffer, _)| buffer)).collect(),
-            counts: counted.map_or([""; 4], |(_, names)| names),
-            passes: Box::new(frames),
-            scene: Some(Arc::new(scene.clone())),
-        }
+        (Frames { render: self, scene, moments, sequence, next: 0, begun: None }, stage)
     }
 
     /// What an executor has made of the plan.
@@ -330,6 +353,11 @@ impl Frames<'_> {
         self.next += 1;
         Ok(())
     }
+
+    fn next_of_frame(&mut self) -> Option<Result<Pass, Error>> {
+        let pass = self.sequence.next_pass()?;
+        Some(pass.map(|pass| Pass { frame: self.begun.take(), ..pass }))
+    }
 }
 
 impl Iterator for Frames<'_> {
@@ -337,8 +365,8 @@ impl Iterator for Frames<'_> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(pass) = self.sequence.next_pass() {
-                return Some(pass.map(|pass| Pass { frame: self.begun.take(), ..pass }));
+            if let Some(pass) = self.next_of_frame() {
+                return Some(pass);
             }
             if self.next == self.len() {
                 return None;

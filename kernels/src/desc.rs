@@ -1,5 +1,6 @@
 //! What the host knows of a kernel: its descriptor and its native twin.
 
+use restir_shared::layout::Field;
 use restir_shared::scene::{AnyFrames, Tracer};
 use std::fmt;
 
@@ -56,6 +57,9 @@ pub struct KernelDesc {
     pub constants: &'static [Constant],
     /// Bindings, dense from 0.
     pub bindings: &'static [Binding],
+    /// The fields of the parameter block.
+    #[doc(hidden)]
+    pub fields: &'static [Field],
     /// It asks for all points of an object on a segment, which a scene behind a pointer may not know.
     pub probes: bool,
     /// Runs one row of invocations natively.

@@ -117,6 +117,7 @@ macro_rules! kernel {
                 $($crate::Binding::new::<$rt>(stringify!($read), $crate::Access::Read),)*
                 $($crate::Binding::new::<$ot>(stringify!($own), $crate::Access::Own),)*
             ],
+            fields: restir_shared::layout::fields_of::<$params>(),
             probes: probes!($($asked)?),
             native,
         };

@@ -21,3 +21,5 @@ pub use restir_host::{
     aov, checkpoint, choices, error, foreign, input, memory, metrics, output, part, plan, replay, sequence, settings,
     tonemap, wide_bvh,
 };
+#[cfg(feature = "languages")]
+pub use restir_host::{language, plan_file};

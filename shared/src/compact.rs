@@ -74,6 +74,8 @@ pub struct CompactParams {
     pub mask: u32,
 }
 
+crate::fields!(CompactParams: width, height, items, blocks, buckets, first, shift, mask);
+
 impl CompactParams {
     /// The bucket of a word; not below `buckets` if it has none.
     #[inline(always)]
@@ -101,6 +103,8 @@ pub struct ScanParams {
     /// Zero.
     pub reserved: u32,
 }
+
+crate::fields!(ScanParams: width, height, count, reserved);
 
 impl Extent for ScanParams {
     fn extent(&self) -> [u32; 2] {

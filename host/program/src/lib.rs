@@ -18,8 +18,10 @@ pub mod ending;
 mod environment;
 mod explain;
 mod export;
+mod export_plan;
 mod info;
 pub mod interrupt;
+mod job;
 mod merge;
 mod metadata;
 pub mod parse;
@@ -59,6 +61,10 @@ enum Command {
     /// An environment is written as an EXR file beside it. The camera that a render would choose is written if the scene
     /// has none.
     Export(export::Arguments),
+    /// Write a render as data, for programs in other languages: buffers, passes, and kernels.
+    ///
+    /// docs/plans.md describes what is written; the folder runners has programs that render it.
+    ExportPlan(Box<export_plan::Arguments>),
     /// List the built-in scenes.
     Scenes(scenes::Arguments),
     /// List the GPU adapters, and whether their results have the same bits as the CPU's.
@@ -91,6 +97,7 @@ fn run(Arguments { command }: Arguments) -> Result<(), Ending> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::ExportPlan(arguments) => export_plan::run(&arguments),
         Command::Scenes(arguments) => scenes::run(&arguments),
         Command::Devices => devices::run(),
         Command::Info(arguments) => info::run(&arguments),

@@ -18,6 +18,8 @@ pub struct CrossingCheckParams {
     pub reserved: [u32; 3],
 }
 
+restir_shared::fields!(CrossingCheckParams: scene, count, reserved);
+
 impl Extent for CrossingCheckParams {
     fn extent(&self) -> [u32; 2] {
         [self.count, 1]

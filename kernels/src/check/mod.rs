@@ -24,6 +24,8 @@ pub struct Probes {
     pub count: u32,
 }
 
+restir_shared::fields!(Probes: count);
+
 impl restir_shared::layout::Extent for Probes {
     fn extent(&self) -> [u32; 2] {
         [self.count, 1]

@@ -20,6 +20,8 @@ pub struct RayCheckParams {
     pub reserved: [u32; 2],
 }
 
+restir_shared::fields!(RayCheckParams: scene, width, height, reserved);
+
 impl Extent for RayCheckParams {
     fn extent(&self) -> [u32; 2] {
         [self.width, self.height]

@@ -15,6 +15,8 @@ pub struct SamplerCheckParams {
     pub items: u32,
 }
 
+restir_shared::fields!(SamplerCheckParams: count, items);
+
 impl Extent for SamplerCheckParams {
     fn extent(&self) -> [u32; 2] {
         [self.count, 1]

@@ -30,6 +30,8 @@ pub struct GuideParams {
     pub flags: u32,
 }
 
+crate::fields!(GuideParams: scene, other_scene, camera, other_camera, width, height, seed, first_sample, samples, flags);
+
 impl GuideParams {
     /// Camera rays are spread over the pixel.
     pub const JITTER: u32 = 1;
@@ -71,6 +73,8 @@ pub struct DenoiseParams {
     /// Zero.
     pub reserved: u32,
 }
+
+crate::fields!(DenoiseParams: width, height, step, history, frames, spread, deviations, reserved);
 
 impl Default for DenoiseParams {
     /// Of an empty image, for struct update: a single frame, a view of 45 degrees over 256 pixels.

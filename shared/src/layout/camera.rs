@@ -29,6 +29,8 @@ pub struct CameraParams {
     pub lens_up: f32,
 }
 
+crate::fields!(CameraParams: position, inv_width, forward, inv_height, right, lens_right, up, lens_up);
+
 impl CameraParams {
     /// A pinhole at `position` that looks at `target`, elsewhere, with `up` to the upper edge of the image, which is not along the view.
     /// The vertical field of view is in turns, between 0 and 1/2; the image has a positive number of pixels.

@@ -17,6 +17,8 @@ pub struct FilmParams {
     pub reserved: u32,
 }
 
+crate::fields!(FilmParams: width, height, samples, reserved);
+
 impl Extent for FilmParams {
     fn extent(&self) -> [u32; 2] {
         [self.width, self.height]

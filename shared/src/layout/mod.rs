@@ -60,10 +60,13 @@
 //! ```
 
 mod camera;
+mod fields;
 mod film;
 mod scene;
 
 pub use camera::CameraParams;
+#[doc(hidden)]
+pub use fields::{Field, Kind, OfWords, fields_of, kind_of};
 #[doc(hidden)]
 pub use film::FilmParams;
 pub use film::FilmPixel;

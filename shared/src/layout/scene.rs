@@ -208,6 +208,8 @@ pub struct SceneHeader {
     pub second_uv_base: u32,
 }
 
+crate::fields!(SceneHeader: bounds_lo, triangle_base, bounds_hi, triangle_count, light_base, light_count, alias_base, root, shading_base, punctual_base, environment_base, srgb_base, node_base, material_base, counterpart_base, second_uv_base);
+
 impl SceneHeader {
     /// First word of a triangle in the geometry arena.
     #[doc(hidden)]

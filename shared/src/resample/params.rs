@@ -39,6 +39,8 @@ use core::ops::BitOr;
 #[repr(transparent)]
 pub struct Flags(u32);
 
+crate::fields!(Flags);
+
 impl Flags {
     /// Camera rays are spread uniformly over the pixel.
     pub const JITTER: Self = Self(1);
@@ -185,6 +187,8 @@ pub struct ReuseParams {
     /// Layers of the grid of invocations, each of the image's size: one for each mutual neighbour in passes over requests, else one.
     pub layers: u32,
 }
+
+crate::fields!(ReuseParams: scene, other_scene, camera, other_camera, width, height, frame, other_frame, seed, flags, neighbours, merge, confidence_cap, max_plane_distance, min_normal_cos, tile, layers);
 
 const _: () = assert!(size_of::<ReuseParams>() == 340);
 

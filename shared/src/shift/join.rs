@@ -27,6 +27,8 @@ pub struct Hybrid {
     pub replays: u32,
 }
 
+crate::fields!(Hybrid: min_roughness, min_distance, footprint, spread, replays);
+
 impl Hybrid {
     /// Reconnection alone: paths are joined at vertex 2, wherever no perfect lobe is concerned.
     pub const RECONNECTION: Self =

@@ -21,10 +21,11 @@ use restir::scene::{Camera, CameraPath, Scene};
 use restir::technique::inspect::Layered;
 use restir::{Error, buffers::SceneBuffers, exec::Executor, technique::Repeats};
 
-use super::parse::{Size, natural, require, saturating};
-use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
+use super::job::JobArguments;
+use super::parse::{natural, require};
+use super::scene::{Additions, refuse_overwriting};
 use super::scrambles::{self, Mean};
-use super::technique::{Frames, MAX_FRAME, PixelArguments, TechniqueArguments, cameras, configured, refuse_unused};
+use super::technique::{Frames, MAX_FRAME, cameras};
 use super::{console, device, interrupt, metadata, progress::patiently, progress::reported, tev::Viewer};
 use denoiser::Denoiser;
 pub(super) use outputs::Outputs;
@@ -43,13 +44,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     outputs: Outputs,
     #[command(flatten)]
-    technique: TechniqueArguments,
-    /// Samples per pixel (path tracing); the technique chooses if not given.
-    #[arg(long, value_parser = saturating, allow_hyphen_values = true)]
-    spp: Option<u64>,
-    /// Write the mean of all frames, instead of the last one (ReSTIR).
-    #[arg(long)]
-    accumulate: bool,
+    job: JobArguments,
     /// Denoise the image: neighbours that see the same surface are averaged, as far as noise explains their difference. Frames before the last
     /// one help (ReSTIR). With =oidn, Open Image Denoise does it, if this program was built with it.
     #[arg(long, value_enum, value_name = "DENOISER", num_args = 0..=1, require_equals = true, default_missing_value = "svgf")]
@@ -78,14 +73,6 @@ pub(super) struct Arguments {
     /// Show the image in the viewer tev while it renders; tev listens at this address.
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "layers")]
     tev: Option<String>,
-    /// Longest path in segments: 1 is directly visible light, 2 adds direct light, 3 the first bounce; 8 if not given.
-    #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
-    max_depth: Option<u32>,
-    /// Image size in pixels, as WIDTHxHEIGHT; the scene's or 512x512 if not given.
-    #[arg(long, allow_hyphen_values = true)]
-    size: Option<Size>,
-    #[command(flatten)]
-    pixel: PixelArguments,
     #[command(flatten)]
     device: device::DeviceArguments,
 }
@@ -112,7 +99,7 @@ impl Arguments {
         if part.is_some_and(|part| part.unit == Unit::Frames) {
             return Ok(None);
         }
-        let frames = match (&self.technique.frames, self.turntable) {
+        let frames = match (&self.job.technique.frames, self.turntable) {
             (Some(Frames::Each(frames)), turns) => {
                 let problem = format_args!("--turntable has fewer frames than --frames asks for; count them from 0");
                 require(turns.is_none_or(|turns| turns == 0 || *frames.end() < turns), problem)?;
@@ -134,7 +121,7 @@ impl Arguments {
         let problem = format_args!("--turntable has too many frames; give at most {}", MAX_FRAME + 1);
         require(*frames.end() <= MAX_FRAME, problem)?;
         let of_one = [
-            ("--accumulate", self.accumulate),
+            ("--accumulate", self.job.accumulate),
             ("--layers", self.layers),
             ("--seconds", self.stop.seconds.is_some()),
             ("--noise", self.stop.noise.is_some()),
@@ -147,7 +134,7 @@ impl Arguments {
 
     /// The path of the camera, if it has one.
     fn path(&self, scene: &SceneBuffers) -> Result<Option<CameraPath>, Error> {
-        self.turntable.map_or_else(|| self.technique.path(scene), |frames| Ok(Some(CameraPath::Turntable(frames))))
+        self.turntable.map_or_else(|| self.job.technique.path(scene), |frames| Ok(Some(CameraPath::Turntable(frames))))
     }
 
     /// What is asked for, seen by the scene's camera.
@@ -157,10 +144,8 @@ impl Arguments {
         numbered: Option<&RangeInclusive<u32>>,
         part: Option<&Asked>,
     ) -> Result<Render, Error> {
-        let size = self.size.map_or(Ok(scene.default_size.unwrap_or(DEFAULT_SIZE)), Size::sides)?;
-        let options = &self.technique;
-        let technique = configured(&options.name, &options.settings, self.max_depth, self.pixel.jitter())?;
-        let about = technique.about();
+        let job = self.job.render(scene)?;
+        let (about, options) = (job.technique.about(), &self.job.technique);
         let counted = matches!(options.frames, Some(Frames::Count(_)));
         let walks = options.camera_path.is_some() && numbered.is_none();
         if about.repeats == Repeats::Samples && (counted || walks) {
@@ -170,21 +155,16 @@ impl Arguments {
                  to files, -o out.####.exr"
             )));
         }
-        let given =
-            [("--spp", self.spp.is_some(), Repeats::Samples), ("--accumulate", self.accumulate, Repeats::Frames)];
-        refuse_unused(technique.as_ref(), &given)?;
-        let count = match (self.spp, &options.frames, numbered) {
-            (Some(samples), ..) => u32::try_from(samples)
-                .map_err(|_| Error::Setting(format!("--spp is too large; give at most {}", u32::MAX)))?,
-            (None, Some(Frames::Count(count)), _) => *count,
-            (None, _, Some(frames)) if about.repeats == Repeats::Frames => frames.end() + 1,
-            _ => part.and_then(Asked::least_samples).unwrap_or(about.default_count),
+        let count = match numbered {
+            _ if self.job.spp.is_some() || counted => job.count,
+            Some(frames) if about.repeats == Repeats::Frames => frames.end() + 1,
+            _ => part.and_then(Asked::least_samples).unwrap_or(job.count),
         };
         let viewed = self.tev.is_some() && !self.layers && !self.stop.is_asked();
         let every = viewed || (numbered.is_some() && about.repeats == Repeats::Frames);
         let shows = if every { Shows::Each } else { Shows::Last };
-        let (accumulate, denoise) = (self.accumulate, self.denoise.and_then(Denoiser::settings));
-        Ok(Render { count, accumulate, denoise, seed: options.seed, shows, ..Render::new(size, technique) })
+        let denoise = self.denoise.and_then(Denoiser::settings);
+        Ok(Render { count, denoise, shows, ..job })
     }
 }
 
@@ -293,7 +273,7 @@ impl Task<'_> {
         let until = stop.until();
         let (mean, render) = reported("rendering", |observe| {
             let mut render = render;
-            let chosen = self.arguments.spp.is_none() && render.technique.about().repeats == Repeats::Samples;
+            let chosen = self.arguments.job.spp.is_none() && render.technique.about().repeats == Repeats::Samples;
             if let Some(time) = until.time.filter(|_| chosen) {
                 render.count = scrambles::affordable(device, buffers, &render, time, &mut |_| interrupt::check())?;
             }
@@ -312,7 +292,7 @@ impl Task<'_> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let Arguments { additions, outputs, technique: options, .. } = arguments;
+    let Arguments { additions, outputs, job, .. } = arguments;
     arguments.stop.check()?;
     let part = arguments.part()?;
     let numbered = arguments.numbered(part.as_ref())?;
@@ -325,7 +305,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         output::check_writable(resume)?;
         written.push(resume.clone());
     }
-    let inputs = additions.inputs(&arguments.scene).into_iter().chain(options.camera_path.as_deref());
+    let inputs = additions.inputs(&arguments.scene).into_iter().chain(job.technique.camera_path.as_deref());
     refuse_overwriting(inputs, &written)?;
     let mut scene = additions.open(&arguments.scene)?;
     refuse_overwriting(&scene.files, &written)?;

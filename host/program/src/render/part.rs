@@ -61,8 +61,8 @@ impl Arguments {
     /// The part that is asked for, if one is; `numbered` are the frames that become files of their own.
     pub(super) fn part(&self) -> Result<Option<Asked>, Error> {
         let PartArguments { samples, chains, tile } = &self.part;
-        let frames = match &self.technique.frames {
-            Some(Frames::Each(frames)) if self.accumulate && samples.is_none() && chains.is_none() => {
+        let frames = match &self.job.technique.frames {
+            Some(Frames::Each(frames)) if self.job.accumulate && samples.is_none() && chains.is_none() => {
                 Some(frames.clone())
             }
             _ => None,
@@ -96,7 +96,7 @@ impl Arguments {
             "--resume keeps the state of a chain, of a part that --frames A..B --accumulate asks for; render smaller parts, or leave it out"
         );
         require(self.resume.is_none() || unit == Unit::Frames, problem)?;
-        let counted = matches!(self.technique.frames, Some(Frames::Each(_)));
+        let counted = matches!(self.job.technique.frames, Some(Frames::Each(_)));
         let problem =
             format_args!("--chains is for chains of --frames COUNT; give their length, or leave --chains out");
         require(unit != Unit::Chains || !(counted || self.turntable.is_some()), problem)

@@ -8,6 +8,8 @@ use core::ops::BitOr;
 #[repr(transparent)]
 pub struct PathFlags(u32);
 
+crate::fields!(PathFlags);
+
 impl PathFlags {
     /// None of them.
     pub const NONE: Self = Self(0);

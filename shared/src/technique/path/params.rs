@@ -35,6 +35,8 @@ pub struct PathParams {
     pub corner: u32,
 }
 
+crate::fields!(PathParams: scene, camera, width, height, first_sample, block_log2, seed, max_depth, flags, corner);
+
 impl Extent for PathParams {
     fn extent(&self) -> [u32; 2] {
         [self.width, self.height]

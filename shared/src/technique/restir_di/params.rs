@@ -88,6 +88,8 @@ pub struct DiParams {
     pub pairs: [u32; PAIRS],
 }
 
+crate::fields!(DiParams: reuse, candidates, radius, near_radius, shading_pass, group, tiles, tile_size, gloss_fade, gloss_renewal, pairs);
+
 reuses!(DiParams);
 
 impl Extent for DiParams {
@@ -240,6 +242,8 @@ pub struct TileParams {
     /// Zero.
     pub reserved: [u32; 3],
 }
+
+crate::fields!(TileParams: scene, tile_size, tiles, frame, seed, flags, reserved);
 
 impl Extent for TileParams {
     fn extent(&self) -> [u32; 2] {

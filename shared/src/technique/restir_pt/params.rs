@@ -26,6 +26,8 @@ pub struct PtParams {
     pub max_depth: u32,
 }
 
+crate::fields!(PtParams: reuse, hybrid, max_depth);
+
 const _: () = assert!(size_of::<PtParams>() == 364);
 
 reuses!(PtParams, in pairs);

@@ -33,6 +33,8 @@ pub struct SssParams {
     pub max_depth: u32,
 }
 
+crate::fields!(SssParams: reuse, profile, lambert_below, reconnected_beyond, segments, max_depth);
+
 const _: () = assert!(size_of::<SssParams>() == 360);
 
 reuses!(SssParams, in pairs);

@@ -38,6 +38,8 @@ impl Throughput {
 #[repr(transparent)]
 pub struct Asks(u32);
 
+crate::fields!(Asks);
+
 impl Asks {
     /// Of each borrowed suffix to the integration prefix: a layer for each.
     pub const BORROWED: Self = Self(0);

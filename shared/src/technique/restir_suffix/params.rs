@@ -33,6 +33,8 @@ pub struct SuffixParams {
     pub canonical_share: f32,
 }
 
+crate::fields!(SuffixParams: path, ends, prefixes, prefix, borrowed, radius, kept_for, buckets, asks, canonical_share);
+
 impl Deref for SuffixParams {
     type Target = PtParams;
 

@@ -30,6 +30,8 @@ pub struct EndRule {
     pub min_distance: f32,
 }
 
+crate::fields!(EndRule: min_segments, min_roughness, min_distance);
+
 /// What a pixel's path is worth up to its end, and where that is.
 #[derive(Clone, Copy, Debug)]
 pub struct Prefix {

@@ -31,6 +31,8 @@ pub struct HybridParams {
     pub reserved: [u32; 2],
 }
 
+crate::fields!(HybridParams: path, lambert_below, segments, reserved);
+
 impl Extent for HybridParams {
     fn extent(&self) -> [u32; 2] {
         self.path.extent()

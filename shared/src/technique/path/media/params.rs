@@ -33,6 +33,8 @@ pub struct MediaParams {
     pub ends_after_media: u32,
 }
 
+crate::fields!(MediaParams: path, begins, counts_anew, stretch, longest_walk, least_order, most_order, lights_inside, ends_after_media);
+
 impl Extent for MediaParams {
     fn extent(&self) -> [u32; 2] {
         self.path.extent()
