@@ -13,6 +13,7 @@ pub mod compile;
 pub mod cost;
 pub mod digest;
 pub mod flavour;
+mod inserts;
 pub mod install;
 pub mod limits;
 pub mod manifest;

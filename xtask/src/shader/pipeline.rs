@@ -7,7 +7,7 @@ use super::compile::Job;
 use super::flavour::{Entry, Flavour};
 use super::toolchain::Toolchain;
 use super::workspace::{Workspace, scratch};
-use super::{canonical, module, post, tools};
+use super::{canonical, inserts, module, post, tools};
 use crate::Error;
 
 /// Finished modules.
@@ -53,6 +53,9 @@ pub fn finish_module(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     canonical::canonicalise(&mut module);
     let optimised = tools::optimise(&module::assemble(&module))?;
     let mut module = module::parse(&optimised).map_err(at)?;
+    if entry.flavour == Flavour::Fast {
+        inserts::make_whole(&mut module);
+    }
     canonical::canonicalise(&mut module);
     let finished = module::assemble(&module);
     tools::validate(&finished)?.map_or(Ok(finished), |finding| Err(at(finding)))

@@ -2,10 +2,20 @@
 
 use restir_host::language::{Language, Parsed};
 
+/// A text of more bytes for each byte of its module is of no use: naga has written some expression again and again.
+const LONGEST: usize = 5;
+
 /// Findings as sentences: at most one a language.
 pub fn check(bytes: &[u8], entry: &str) -> Vec<String> {
-    Parsed::new(bytes, entry).map_or_else(
-        |finding| vec![finding],
-        |parsed| Language::ALL.into_iter().filter_map(|language| parsed.write(language).err()).collect(),
-    )
+    let judged = |parsed: &Parsed, language| match parsed.write(language) {
+        Ok(source) if source.text.len() > LONGEST * bytes.len() => {
+            Some(format!("naga writes {} bytes of {language} for {} bytes", source.text.len(), bytes.len()))
+        }
+        Ok(_) => None,
+        Err(finding) => Some(finding),
+    };
+    match Parsed::new(bytes, entry) {
+        Ok(parsed) => Language::ALL.into_iter().filter_map(|language| judged(&parsed, language)).collect(),
+        Err(finding) => vec![finding],
+    }
 }
