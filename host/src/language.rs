@@ -22,6 +22,9 @@ use naga::{AddressSpace, ResourceBinding, ShaderStage, StorageAccess};
 use std::error::Error;
 use std::fmt::{Debug, Display, Formatter};
 
+/// No kernel reads of a workgroup's memory what it has not written.
+const ZERO_INITIALIZE: bool = false;
+
 /// A shading language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Language {
@@ -138,6 +141,7 @@ impl Parsed {
             lang_version: (2, 4),
             per_entry_point_map: [(self.entry.clone(), resources)].into(),
             fake_missing_bindings: false,
+            zero_initialize_workgroup_memory: ZERO_INITIALIZE,
             ..Default::default()
         };
         let (text, names) = msl::write_string(module, info, &options, &Default::default())?;
@@ -146,7 +150,8 @@ impl Parsed {
     }
 
     fn hlsl(&self, module: &naga::Module, info: &ModuleInfo) -> Result<Source, Box<dyn Error>> {
-        let (mut text, options, pipeline) = (String::new(), hlsl::Options::default(), hlsl::PipelineOptions::default());
+        let options = hlsl::Options { zero_initialize_workgroup_memory: ZERO_INITIALIZE, ..Default::default() };
+        let (mut text, pipeline) = (String::new(), hlsl::PipelineOptions::default());
         let names = hlsl::Writer::new(&mut text, &options, &pipeline).write(module, info, None)?;
         let entry = names.entry_point_names.into_iter().next().ok_or("it has no entry point")??;
         Ok(Source { text, entry })
@@ -154,8 +159,12 @@ impl Parsed {
 
     fn glsl(&self, module: &naga::Module, info: &ModuleInfo) -> Result<Source, Box<dyn Error>> {
         let bound = self.buffers().filter_map(|(binding, _)| Some((binding, u8::try_from(binding.binding).ok()?)));
-        let options =
-            glsl::Options { version: glsl::Version::Desktop(450), binding_map: bound.collect(), ..Default::default() };
+        let options = glsl::Options {
+            version: glsl::Version::Desktop(450),
+            binding_map: bound.collect(),
+            zero_initialize_workgroup_memory: ZERO_INITIALIZE,
+            ..Default::default()
+        };
         let entry_point = self.entry.clone();
         let pipeline = glsl::PipelineOptions { shader_stage: ShaderStage::Compute, entry_point, multiview: None };
         let mut text = String::new();

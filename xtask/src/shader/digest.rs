@@ -15,8 +15,8 @@ use crate::Error;
 /// The crates whose whole source is compiled for the device.
 const CRATES: [&str; 2] = ["shared", "kernels"];
 /// Steps of the build that decide bytes.
-const STEPS: [&str; 7] =
-    ["canonical.rs", "compile.rs", "inserts.rs", "module.rs", "pipeline.rs", "post.rs", "tools.rs"];
+const STEPS: [&str; 8] =
+    ["canonical.rs", "compile.rs", "inserts.rs", "loops.rs", "module.rs", "pipeline.rs", "post.rs", "tools.rs"];
 
 /// Digest of everything in the repository that decides the bytes of the modules.
 pub fn source_digest(workspace: &Workspace) -> Result<String, Error> {

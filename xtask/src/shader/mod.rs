@@ -16,6 +16,7 @@ pub mod flavour;
 mod inserts;
 pub mod install;
 pub mod limits;
+mod loops;
 pub mod manifest;
 pub mod module;
 pub mod pipeline;

@@ -7,7 +7,7 @@ use super::compile::Job;
 use super::flavour::{Entry, Flavour};
 use super::toolchain::Toolchain;
 use super::workspace::{Workspace, scratch};
-use super::{canonical, inserts, module, post, tools};
+use super::{canonical, inserts, loops, module, post, tools};
 use crate::Error;
 
 /// Finished modules.
@@ -55,6 +55,7 @@ pub fn finish_module(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     let mut module = module::parse(&optimised).map_err(at)?;
     if entry.flavour == Flavour::Fast {
         inserts::make_whole(&mut module);
+        loops::hand_on_by_variables(&mut module);
     }
     canonical::canonicalise(&mut module);
     let finished = module::assemble(&module);

@@ -5,11 +5,17 @@ use restir_host::language::{Language, Parsed};
 /// A text of more bytes for each byte of its module is of no use: naga has written some expression again and again.
 const LONGEST: usize = 5;
 
+/// What naga names the variable that tells the first round of a loop from others, in which it writes the end of the round before.
+const MOVED: &str = "loop_init";
+
 /// Findings as sentences: at most one a language.
 pub fn check(bytes: &[u8], entry: &str) -> Vec<String> {
     let judged = |parsed: &Parsed, language| match parsed.write(language) {
         Ok(source) if source.text.len() > LONGEST * bytes.len() => {
             Some(format!("naga writes {} bytes of {language} for {} bytes", source.text.len(), bytes.len()))
+        }
+        Ok(source) if source.text.contains(MOVED) => {
+            Some(format!("naga moves the end of a loop's round to where the next one begins, in {language}"))
         }
         Ok(_) => None,
         Err(finding) => Some(finding),

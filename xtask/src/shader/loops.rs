@@ -1,0 +1,154 @@
+//! Loops that naga writes right in GLSL, HLSL and MSL.
+//!
+//! Of a loop whose last block decides whether it goes round again naga writes that decision, and what the next round begins with, at the start of
+//! the next round, where the variables that it reads are others already (issue 4558 of wgpu): images were black. So the last block becomes
+//! a part of the round here, with a jump behind it, and what a round hands to the next one goes through variables, which are written before:
+//!
+//! ```text
+//! %header: %a = OpPhi %a0 %before %b %last        %header: %a = OpLoad %variable
+//!          OpLoopMerge %merge %last                        OpLoopMerge %merge %again
+//!   ...                                     ──>     ...
+//! %last:   %b = ...                               %last:   %b = ...
+//!          OpBranchConditional %c %header %merge           OpStore %variable %b
+//!                                                          OpBranchConditional %c %again %merge
+//!                                                 %again:  OpBranch %header
+//! ```
+
+use std::collections::HashMap;
+
+use rspirv::dr::{Block, Function, Instruction, Module, Operand};
+use rspirv::spirv::{Op, StorageClass, Word};
+
+use super::module::id_operand;
+
+/// Rewrites all loops that hand something on.
+pub fn hand_on_by_variables(module: &mut Module) {
+    let mut ids = Ids { bound: module.header.as_ref().map_or(0, |header| header.bound), pointers: pointers(module) };
+    let known = ids.pointers.len();
+    for function in &mut module.functions {
+        while let Some(header) = function.blocks.iter().position(decides_at_its_end(function)) {
+            rewrite(function, header, &mut ids);
+        }
+    }
+    let mut made: Vec<(Word, Word)> = ids.pointers.into_iter().collect();
+    made.sort_unstable_by_key(|(_, pointer)| *pointer);
+    for (pointee, pointer) in made.split_off(known.min(made.len())) {
+        let operands = vec![Operand::StorageClass(StorageClass::Function), Operand::IdRef(pointee)];
+        module.types_global_values.push(Instruction::new(Op::TypePointer, None, Some(pointer), operands));
+    }
+    module.header.iter_mut().for_each(|header| header.bound = ids.bound);
+}
+
+/// New ids, and the pointers to variables of functions by what they point at.
+struct Ids {
+    bound: Word,
+    pointers: HashMap<Word, Word>,
+}
+
+impl Ids {
+    fn fresh(&mut self) -> Word {
+        self.bound += 1;
+        self.bound - 1
+    }
+
+    fn pointer(&mut self, pointee: Word) -> Word {
+        self.pointers.get(&pointee).copied().unwrap_or_else(|| {
+            let pointer = self.fresh();
+            self.pointers.insert(pointee, pointer);
+            pointer
+        })
+    }
+}
+
+fn pointers(module: &Module) -> HashMap<Word, Word> {
+    let of_functions = |i: &Instruction| match (i.class.opcode, &i.operands[..]) {
+        (Op::TypePointer, [Operand::StorageClass(StorageClass::Function), Operand::IdRef(pointee)]) => {
+            Some((*pointee, i.result_id?))
+        }
+        _ => None,
+    };
+    module.types_global_values.iter().filter_map(of_functions).collect()
+}
+
+fn label(block: &Block) -> Option<Word> {
+    block.label.as_ref()?.result_id
+}
+
+/// The instruction that says where a loop goes on and where it ends.
+fn merge(block: &Block) -> Option<&Instruction> {
+    block.instructions.iter().find(|i| i.class.opcode == Op::LoopMerge)
+}
+
+fn jumps_to(block: &Block, target: Word) -> bool {
+    let last = block.instructions.last();
+    last.is_some_and(|last| last.operands.iter().any(|operand| operand.id_ref_any() == Some(target)))
+}
+
+/// Whether a block is the header of a loop with more at its end than a jump.
+fn decides_at_its_end(function: &Function) -> impl Fn(&Block) -> bool {
+    let jumps: Vec<Word> =
+        function.blocks.iter().filter(|block| block.instructions.len() == 1).filter_map(label).collect();
+    move |block| {
+        let hands_on = block.instructions.iter().any(|i| i.class.opcode == Op::Phi);
+        let last = merge(block).and_then(|merge| id_operand(merge, 1));
+        last.is_some_and(|last| hands_on || !jumps.contains(&last))
+    }
+}
+
+fn rewrite(function: &mut Function, header: usize, ids: &mut Ids) {
+    let Some(header_id) = label(&function.blocks[header]) else { return };
+    let again = ids.fresh();
+    let last = (header..function.blocks.len()).rev().find(|&at| jumps_to(&function.blocks[at], header_id));
+    hand_on(function, header, ids);
+    for at in header..function.blocks.len() {
+        let Some(end) = function.blocks[at].instructions.last_mut() else { continue };
+        for operand in &mut end.operands {
+            if *operand == Operand::IdRef(header_id) {
+                *operand = Operand::IdRef(again);
+            }
+        }
+    }
+    for i in &mut function.blocks[header].instructions {
+        if i.class.opcode == Op::LoopMerge {
+            i.operands[1] = Operand::IdRef(again);
+        }
+    }
+    let jump = Instruction::new(Op::Branch, None, None, vec![Operand::IdRef(header_id)]);
+    let block =
+        Block { label: Some(Instruction::new(Op::Label, None, Some(again), Vec::new())), instructions: vec![jump] };
+    function.blocks.insert(last.map_or(header, |last| last) + 1, block);
+}
+
+/// Replaces what the rounds of a loop begin with by variables.
+fn hand_on(function: &mut Function, header: usize, ids: &mut Ids) {
+    let instructions = std::mem::take(&mut function.blocks[header].instructions);
+    let (phis, rest): (Vec<_>, Vec<_>) = instructions.into_iter().partition(|i| i.class.opcode == Op::Phi);
+    let mut loads = Vec::new();
+    for phi in phis {
+        let Some(of) = phi.result_type else { continue };
+        let (pointer, variable) = (ids.pointer(of), ids.fresh());
+        let storage = vec![Operand::StorageClass(StorageClass::Function)];
+        let declared = Instruction::new(Op::Variable, Some(pointer), Some(variable), storage);
+        function.blocks[0].instructions.insert(0, declared);
+        loads.push(Instruction::new(Op::Load, Some(of), phi.result_id, vec![Operand::IdRef(variable)]));
+        for pair in phi.operands.chunks(2) {
+            let (value, from) = (pair[0].clone(), pair[1].id_ref_any());
+            if let Some(block) = function.blocks.iter_mut().find(|block| label(block) == from) {
+                let store = Instruction::new(Op::Store, None, None, vec![Operand::IdRef(variable), value]);
+                block.instructions.insert(before_end(block), store);
+            }
+        }
+    }
+    // a loop of one block stores to its own variables
+    let own = std::mem::take(&mut function.blocks[header].instructions);
+    let end = rest.iter().position(|i| i.class.opcode == Op::LoopMerge).unwrap_or(rest.len());
+    let (body, end) = rest.split_at(end);
+    function.blocks[header].instructions = [&loads[..], body, &own[..], end].concat();
+}
+
+/// Where the instructions end that are no jump, and say nothing of one.
+fn before_end(block: &Block) -> usize {
+    let is_end = |i: &Instruction| matches!(i.class.opcode, Op::LoopMerge | Op::SelectionMerge);
+    let merge = block.instructions.iter().position(is_end);
+    merge.unwrap_or_else(|| block.instructions.len().saturating_sub(1))
+}
