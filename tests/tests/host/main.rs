@@ -6,8 +6,9 @@ mod foreign;
 mod frames;
 mod gltf;
 mod parts;
+mod plans;
 mod posed;
 mod reported;
 mod session;
 
-restir_tests::suites! { dim far foreign frames gltf parts posed reported session }
+restir_tests::suites! { dim far foreign frames gltf parts plans posed reported session }

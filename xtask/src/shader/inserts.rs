@@ -20,7 +20,7 @@ use super::module::{globals, id_operand, ids, literal_operand};
 const MOST_MEMBERS: u32 = 64;
 
 /// Replaces all insertions into structures and arrays, and drops what is not used then.
-pub fn make_whole(module: &mut Module) {
+pub(super) fn make_whole(module: &mut Module) {
     let members = members_by_type(module);
     let mut bound = module.header.as_ref().map_or(0, |header| header.bound);
     for function in &mut module.functions {

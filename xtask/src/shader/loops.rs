@@ -22,7 +22,7 @@ use rspirv::spirv::{Op, StorageClass, Word};
 use super::module::id_operand;
 
 /// Rewrites all loops that hand something on.
-pub fn hand_on_by_variables(module: &mut Module) {
+pub(super) fn hand_on_by_variables(module: &mut Module) {
     let mut ids = Ids { bound: module.header.as_ref().map_or(0, |header| header.bound), pointers: pointers(module) };
     let known = ids.pointers.len();
     for function in &mut module.functions {
@@ -151,4 +151,57 @@ fn before_end(block: &Block) -> usize {
     let is_end = |i: &Instruction| matches!(i.class.opcode, Op::LoopMerge | Op::SelectionMerge);
     let merge = block.instructions.iter().position(is_end);
     merge.unwrap_or_else(|| block.instructions.len().saturating_sub(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rspirv::dr::Builder;
+    use rspirv::spirv::{FunctionControl, LoopControl};
+
+    /// Two numbers that change places in each round of a loop whose last block decides, as spirv-opt leaves loops.
+    #[test]
+    fn what_a_round_hands_on_goes_through_variables() {
+        let mut b = Builder::new();
+        let (void, number, truth) = (b.type_void(), b.type_int(32, 0), b.type_bool());
+        let [zero, one] = [0, 1].map(|value| b.constant_bit32(number, value));
+        let signature = b.type_function(void, [truth]);
+        b.begin_function(void, None, FunctionControl::NONE, signature).expect("begins");
+        let goes_on = b.function_parameter(truth).expect("a parameter");
+        let [before, header, last, after, x, y] = [(); 6].map(|()| b.id());
+        b.begin_block(Some(before)).expect("begins");
+        b.branch(header).expect("ends");
+        b.begin_block(Some(header)).expect("begins");
+        b.phi(number, Some(x), [(zero, before), (y, last)]).expect("a phi");
+        b.phi(number, Some(y), [(one, before), (x, last)]).expect("a phi");
+        b.loop_merge(after, last, LoopControl::NONE, []).expect("a merge");
+        b.branch(last).expect("ends");
+        b.begin_block(Some(last)).expect("begins");
+        b.branch_conditional(goes_on, header, after, []).expect("ends");
+        b.begin_block(Some(after)).expect("begins");
+        b.ret().expect("ends");
+        b.end_function().expect("ends");
+        let mut module = b.module();
+        hand_on_by_variables(&mut module);
+
+        let blocks = &module.functions[0].blocks;
+        let opcodes = |at: usize| blocks[at].instructions.iter().map(|i| i.class.opcode).collect::<Vec<_>>();
+        assert_eq!(opcodes(0), [Op::Variable, Op::Variable, Op::Store, Op::Store, Op::Branch]);
+        assert_eq!(opcodes(1), [Op::Load, Op::Load, Op::LoopMerge, Op::Branch]);
+        assert_eq!(opcodes(2), [Op::Store, Op::Store, Op::BranchConditional]);
+        assert_eq!(opcodes(3), [Op::Branch]);
+        // numbers are loaded, both of them, before one is stored
+        let loaded = |at: usize| (blocks[1].instructions[at].result_id, id_operand(&blocks[1].instructions[at], 0));
+        let stored =
+            |at: usize| (id_operand(&blocks[2].instructions[at], 1), id_operand(&blocks[2].instructions[at], 0));
+        let [(first, of_first), (second, of_second)] = [loaded(0), loaded(1)];
+        assert_eq!([first, second], [Some(x), Some(y)]);
+        assert_eq!([stored(0), stored(1)], [(Some(y), of_first), (Some(x), of_second)]);
+        let again = label(&blocks[3]).expect("a label");
+        assert!(jumps_to(&blocks[2], again) && jumps_to(&blocks[2], after) && jumps_to(&blocks[3], header));
+        assert_eq!(merge(&blocks[1]).and_then(|merge| id_operand(merge, 1)), Some(again));
+        // one pointer for both, declared once
+        let declared = module.types_global_values.iter().filter(|i| i.class.opcode == Op::TypePointer).count();
+        assert_eq!(declared, 1);
+    }
 }

@@ -24,6 +24,7 @@ mod mutation;
 mod numbered;
 mod overwriting;
 mod parts;
+mod plans;
 mod results;
 #[cfg(unix)]
 mod signals;

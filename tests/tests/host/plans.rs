@@ -1,0 +1,149 @@
+//! Renders as data: what was written down renders the same bits, and what is damaged is refused.
+
+use libtest_mimic::Failed;
+use restir_host::buffers::SceneBuffers;
+use restir_host::exec::{CpuExecutor, Executor, GpuExecutor};
+use restir_host::plan_file::{Contents, Form, Plan, VERSION};
+use restir_host::render::{Render, Shows};
+use restir_host::scene::{CameraPath, Scene};
+use restir_host::technique::{Repeats, configure, named};
+use restir_tests::device;
+use restir_tests::suite::{Trial, ensure};
+use std::path::Path;
+
+/// Scene, technique and settings: still and moving scenes, and passes of every kind.
+const SUBJECTS: [(&str, &str, &[&str]); 8] = [
+    ("cornell", "path", &[]),
+    ("candles", "path", &["longest_walk=64"]),
+    ("cube", "path", &["subsurface=hybrid"]),
+    ("moving", "restir-di", &[]),
+    ("many-lights", "restir-di", &["tiles=32x256"]),
+    ("moving", "restir-pt", &[]),
+    ("ajar", "restir-suffix", &[]),
+    ("cube", "restir-sss", &[]),
+];
+const SIZE: [u32; 2] = [13, 9];
+
+pub(crate) fn trials() -> Vec<Trial> {
+    let mut trials = vec![
+        Trial::test("frames of a render are folded to those of one", frames_are_folded).first(),
+        Trial::test("a plan that is damaged or of another version is refused", damaged_plans_are_refused),
+        Trial::test("kernels are written in every form", kernels_are_written_in_every_form),
+    ];
+    trials.extend(device::trials(|adapter| {
+        let subjects = SUBJECTS.map(|(scene, technique, settings)| {
+            let name = format!("{} as data", [&[scene, technique], settings].concat().join(" "));
+            adapter.trial(&name, move |executor| gives_the_bits(executor, scene, technique, settings))
+        });
+        subjects.into_iter().collect()
+    }));
+    trials
+}
+
+/// Five frames with a camera that moves, or five samples.
+fn job(scene: &SceneBuffers, technique: &str, settings: &[&str]) -> Result<Render, Failed> {
+    let mut technique = named(technique)?;
+    configure(technique.as_mut(), settings)?;
+    let moves = technique.about().repeats == Repeats::Frames;
+    let cameras = if moves { CameraPath::Turntable(90).cameras(scene.camera, 5)? } else { Vec::new() };
+    let shows = if moves { Shows::Each } else { Shows::Last };
+    Ok(Render { count: 5, cameras, shows, seed: 3, ..Render::new(SIZE, technique) })
+}
+
+/// By the CPU and by the adapter, from a folder.
+fn gives_the_bits(gpu: &mut GpuExecutor, scene: &str, technique: &str, settings: &[&str]) -> Result<(), Failed> {
+    let scene = SceneBuffers::build(&Scene::load(scene)?)?;
+    let job = job(&scene, technique, settings)?;
+    let image = job.render(&scene, &mut CpuExecutor::inline())?.image;
+    let folder = tempfile::tempdir()?;
+    let plan = Plan::of(&job, &scene, &[])?;
+    plan.write(folder.path())?;
+    let opened = Plan::open(folder.path())?;
+    ensure(opened == plan, || "what was read is not what was written".to_owned())?;
+    let executors: [&mut dyn Executor; 2] = [&mut CpuExecutor::inline(), gpu];
+    for executor in executors {
+        let words = executor.run(opened.frames()?)?.swap_remove(0);
+        let pixels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&words);
+        let differ = pixels.iter().zip(&image.pixels).filter(|(pixel, rgb)| pixel[..3] != rgb[..]).count();
+        ensure(differ == 0 && pixels.len() == image.pixels.len(), || {
+            format!("{differ} pixels differ by {}", executor.describe().executor)
+        })?;
+    }
+    Ok(())
+}
+
+/// Sixteen frames have as many passes as those of which the last is one, and say what changes.
+fn frames_are_folded() -> Result<(), Failed> {
+    let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+    let plan = |frames: u32| {
+        let cameras = CameraPath::Turntable(90).cameras(scene.camera, frames)?;
+        let shows = Shows::Each;
+        let job = Render { count: frames, cameras, shows, ..Render::new(SIZE, named("restir-di")?) };
+        Ok::<_, Failed>(Plan::of(&job, &scene, &[])?.document)
+    };
+    let (few, many) = (plan(4)?, plan(16)?);
+    ensure(few.passes.len() == many.passes.len(), || format!("{} and {}", few.passes.len(), many.passes.len()))?;
+    ensure(many.frames == 16, || many.frames.to_string())?;
+    let changed = |field: &str| many.passes.iter().flat_map(|pass| &pass.changes).find(|change| change.field == field);
+    let frame = changed("reuse.frame").ok_or("the frame is not said to change")?;
+    ensure(frame.values == (0..16).map(|frame| vec![frame]).collect::<Vec<_>>(), || format!("{:?}", frame.values))?;
+    let position = changed("reuse.camera.position").ok_or("the camera is not said to move")?;
+    ensure(position.values.iter().all(|words| words.len() == 3), || format!("{:?}", position.values))?;
+    let alternate = many.passes.iter().flat_map(|pass| pass.buffers.values()).filter(|ids| ids.len() > 1).count();
+    ensure(alternate > 0, || "no plane alternates".to_owned())
+}
+
+fn damaged_plans_are_refused() -> Result<(), Failed> {
+    let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+    let plan = Plan::of(&job(&scene, "path", &[])?, &scene, &[])?;
+    let written = || {
+        let folder = tempfile::tempdir()?;
+        plan.write(folder.path())?;
+        Ok::<_, Failed>(folder)
+    };
+    let refused = |folder: &Path, said: &str| match Plan::open(folder).and_then(|plan| plan.frames().map(drop)) {
+        Ok(()) => Err(Failed::from(format!("accepted where {said:?} was expected"))),
+        Err(error) => ensure(error.to_string().contains(said), || format!("{error} lacks {said:?}")),
+    };
+    let text = std::fs::read_to_string(written()?.path().join("plan.json"))?;
+    let version = format!("\"version\": {VERSION}");
+    let missing = "\"buffers\": [{\"name\":\"a\",\"bytes\":4,\"file\":\"missing.bin\"}]";
+    let at = text.find("\"buffers\"").ok_or("no buffers")?;
+    let to = text.find(",\n\"kernels\"").ok_or("no kernels")?;
+    let instead = |entries: &str| format!("{}{entries}{}", &text[..at], &text[to..]);
+    let turns = text.replacen("\"frames\":[[", "\"frames\":[[0,4],[", 1).replacen("\"left\":[", "\"left\":[9000,", 1);
+    for (document, said) in [
+        (text[..text.len() / 2].to_owned(), "export it again"),
+        (text.replacen(&version, "\"version\": 999", 1), "version 999"),
+        (text.replacen("restir-plan", "another-plan", 1), "another-plan"),
+        (text.replacen("\"generator\"", "\"unknown\"", 1), "export it again"),
+        (instead(missing), "missing.bin"),
+        (instead(&missing.replace("missing.bin", "../secret.bin")), "not in its folder"),
+        (instead("\"buffers\": []"), "does not exist"),
+        (text.replacen("\"name\":\"path\"", "\"name\":\"no_kernel\"", 1), "another version of restir"),
+        (text.replacen("\"stride\":16", "\"stride\":20", 1), "another version of restir"),
+        (turns, "does not"),
+    ] {
+        let folder = written()?;
+        std::fs::write(folder.path().join("plan.json"), document)?;
+        refused(folder.path(), said)?;
+    }
+    let folder = written()?;
+    let cut = plan.files.keys().find(|name| name.contains("geometry")).ok_or("no geometry")?;
+    std::fs::write(folder.path().join(cut), [0; 8])?;
+    refused(folder.path(), "does not fit")
+}
+
+fn kernels_are_written_in_every_form() -> Result<(), Failed> {
+    let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+    let plan = Plan::of(&job(&scene, "restir-pt", &[])?, &scene, &Form::ALL)?;
+    for kernel in &plan.document.kernels {
+        ensure(kernel.modules.len() == Form::ALL.len(), || format!("{}: {:?}", kernel.name, kernel.modules))?;
+        for (form, module) in &kernel.modules {
+            let contents = plan.files.get(&module.file).ok_or("a file is missing")?;
+            let is_text = matches!(contents, Contents::Text(text) if text.contains(&module.entry));
+            ensure(is_text != (form == "spirv"), || format!("{} in {form}", kernel.name))?;
+        }
+    }
+    Ok(())
+}
