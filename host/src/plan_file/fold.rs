@@ -12,30 +12,28 @@ struct Folded {
     runs: Vec<(u32, Pass)>,
 }
 
-/// Folds frames one after another.
-#[derive(Default)]
+/// Passes in the order in which a frame runs those that it has.
 pub(super) struct Fold(Vec<Folded>);
 
 impl Fold {
-    /// Adds the passes of the next frame. Their order stays: each becomes a run of the first pass like it after the one before, or a pass of its own
-    /// there.
-    pub(super) fn add(&mut self, frame: u32, passes: Vec<Pass>) {
-        let mut next = 0;
-        for pass in passes {
-            let is_alike = |folded: &Folded| folded.runs.first().is_some_and(|(_, first)| alike(first, &pass));
-            let found = self.0.iter().skip(next).position(is_alike).map(|after| next + after);
-            let at = found.unwrap_or_else(|| {
-                self.0.insert(next, Folded { runs: Vec::new() });
-                next
-            });
-            self.0[at].runs.push((frame, pass));
-            next = at + 1;
+    /// Folds frames, from the last one and its last pass on: what the first frames lack, such as history, they lack at their beginning. Their order
+    /// stays: each pass becomes a run of the last pass like it before the one behind it, or a pass of its own there.
+    pub(super) fn of(frames: Vec<Vec<Pass>>) -> Self {
+        let mut folded: Vec<Folded> = Vec::new();
+        for (frame, passes) in (0..).zip(frames).collect::<Vec<_>>().into_iter().rev() {
+            let mut end = folded.len();
+            for pass in passes.into_iter().rev() {
+                let is_alike = |folded: &Folded| folded.runs.first().is_some_and(|(_, first)| alike(first, &pass));
+                let at = folded[..end].iter().rposition(is_alike).unwrap_or_else(|| {
+                    folded.insert(end, Folded { runs: Vec::new() });
+                    end
+                });
+                folded[at].runs.push((frame, pass));
+                end = at;
+            }
         }
-    }
-
-    /// How many passes there are.
-    pub(super) fn len(&self) -> usize {
-        self.0.len()
+        folded.iter_mut().for_each(|folded| folded.runs.reverse());
+        Self(folded)
     }
 
     /// What runs first of each pass, in order.
@@ -142,18 +140,20 @@ mod tests {
         };
         let resolve =
             |id| Pass::new(&film_resolve::DESC, &[], &params(1.0), &[("sum", id), ("mean", 9)]).expect("bound");
-        let mut fold = Fold::default();
-        fold.add(0, vec![add(1.0, 0, 1)]);
-        fold.add(1, vec![resolve(2), add(2.0, 1, 0)]);
-        fold.add(2, vec![add(3.0, 0, 1), resolve(4)]);
-        fold.add(3, vec![resolve(3), add(4.0, 1, 0)]);
+        let fold = Fold::of(vec![
+            vec![add(1.0, 0, 1)],
+            vec![resolve(2), add(2.0, 1, 0)],
+            vec![add(3.0, 0, 1), resolve(4)],
+            vec![resolve(3), add(4.0, 1, 0)],
+        ]);
         let entries = fold.entries(|pass| usize::from(pass.kernel.name == "film_add"));
         let frames: Vec<_> = entries.iter().map(|entry| (entry.kernel, entry.frames.clone())).collect();
-        assert_eq!(frames, [(0, vec![[1, 1], [3, 3]]), (1, vec![[0, 3]]), (0, vec![[2, 2]])]);
-        assert_eq!((&entries[1].buffers["left"], &entries[1].buffers["right"]), (&vec![0, 1], &vec![1, 0]));
-        assert_eq!((entries[1].grid, entries[1].workgroups), ([9, 5], [2, 1, 1]));
-        let [change] = &entries[1].changes[..] else { panic!("{:?}", entries[1].changes) };
+        assert_eq!(frames, [(1, vec![[2, 2]]), (0, vec![[1, 3]]), (1, vec![[0, 1], [3, 3]])]);
+        let last = &entries[2];
+        assert_eq!((&last.buffers["left"], &last.buffers["right"]), (&vec![0, 1, 1], &vec![1, 0, 0]));
+        assert_eq!((last.grid, last.workgroups), ([9, 5], [2, 1, 1]));
+        let [change] = &last.changes[..] else { panic!("{:?}", last.changes) };
         assert_eq!((change.field.as_str(), change.byte), ("samples", 8));
-        assert_eq!(change.values, [1.0_f32, 2.0, 3.0, 4.0].map(|samples| vec![samples.to_bits()]));
+        assert_eq!(change.values, [1.0_f32, 2.0, 4.0].map(|samples| vec![samples.to_bits()]));
     }
 }

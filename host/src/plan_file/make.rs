@@ -18,7 +18,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// Documents of more passes are no use to anybody.
-const MOST_PASSES: usize = 1 << 16;
+const MOST_PASSES: u64 = 1 << 16;
 /// The file of all that is written between frames.
 const UPLOADS: &str = "uploads.bin";
 
@@ -33,19 +33,18 @@ impl Plan {
     pub fn of(render: &Render, scene: &SceneBuffers, forms: &[Form]) -> Result<Self, Error> {
         render.check(scene)?;
         let mut files = BTreeMap::new();
-        let (mut fold, mut uploads) = (Fold::default(), Uploads::default());
         let plan = render.plan(scene);
-        let mut frames = 0;
-        for passes in render.passes_by_frame(scene) {
-            let passes = passes?;
-            uploads.add(frames, &passes);
-            fold.add(frames, passes);
-            frames += 1;
-            if fold.len() > MOST_PASSES {
-                let problem = format!("the plan has more than {MOST_PASSES} passes; ask for fewer samples or frames");
-                return Err(Error::Plan { problem });
-            }
+        if plan.pass_count > MOST_PASSES {
+            let count = plan.pass_count;
+            let problem =
+                format!("the plan has {count} passes, and {MOST_PASSES} are the most; ask for fewer samples or frames");
+            return Err(Error::Plan { problem });
         }
+        let frames: Vec<Vec<Pass>> = render.passes_by_frame(scene).collect::<Result<_, _>>()?;
+        let frame_count = frames.len() as u32;
+        let mut uploads = Uploads::default();
+        (0..).zip(&frames).for_each(|(frame, passes)| uploads.add(frame, passes));
+        let fold = Fold::of(frames);
         let kernels = specialised(&fold);
         let index = |pass: &Pass| kernels.iter().position(|kernel| is_of(pass, kernel)).unwrap_or_default();
         let document = Document {
@@ -54,7 +53,7 @@ impl Plan {
             generator: concat!("restir ", env!("CARGO_PKG_VERSION")).to_owned(),
             about: about(render),
             size: [render.width, render.height],
-            frames,
+            frames: frame_count,
             buffers: (0..).zip(&plan.buffers).map(|(id, buffer)| buffer_entry(id, buffer, &mut files)).collect(),
             passes: fold.entries(index),
             kernels: kernel_entries(&kernels, forms, &mut files)?,

@@ -1,7 +1,7 @@
 //! `cargo xtask shader`: the SPIR-V modules from source to the committed files, and every check of them.
 //!
 //! One module is built for each entry point and [`flavour`](Flavour). The order of the steps is part of the numeric
-//! contract: [`compile`] without the backend's optimiser, [`post`], [`canonical`], `spirv-opt`, [`canonical`] again, `spirv-val`, then
+//! contract: [`compile`] without the backend's optimiser, [`post`], [`canonical`], `spirv-opt`, for naga `inserts` and `loops`, [`canonical`] again, `spirv-val`, then
 //! [`verify`] over the final binary ([`allow`], [`limits`], [`reflect`], [`portable`]).
 
 pub mod allow;
