@@ -157,7 +157,7 @@ fn names(document: &Document, kernels: &[Specialised]) -> Vec<&'static str> {
         let bindings = kernels.get(pass.kernel).map_or(&[][..], |(kernel, _)| kernel.bindings);
         for binding in bindings {
             for &id in pass.buffers.get(binding.name).into_iter().flatten() {
-                names.get_mut(id).map(|name| *name = binding.name);
+                names.iter_mut().skip(id).take(1).for_each(|name| *name = binding.name);
             }
         }
     }
