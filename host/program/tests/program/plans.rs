@@ -37,7 +37,7 @@ fn what_cannot_be_exported_is_refused() {
     refused(&["--turntable", "0", "--technique", "restir-di"], &["--turntable at least 1"]);
     refused(&["--turntable", "8"], &["--turntable is for", "path repeats samples"]);
     refused(&["--frames", "0..3", "--technique", "restir-di"], &["--frames 4"]);
-    refused(&["--size", "0x4"], &["0 x 4"]);
+    refused(&["--size", "0x4"], &["0x4"]);
     let file = workplace.input("file", b"no folder");
     finish(&mut program(["export-plan", "cornell", "-o", &file])).refused(&["file"]);
 }
