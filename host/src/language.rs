@@ -25,6 +25,9 @@ use std::fmt::{Debug, Display, Formatter};
 /// No kernel reads of a workgroup's memory what it has not written.
 const ZERO_INITIALIZE: bool = false;
 
+/// The largest float as naga writes it, by digits that are a little more than it is, which Chrome's compiler refuses; and as WGSL has it exactly.
+const LARGEST: [&str; 2] = ["340282350000000000000000000000000000000f", "0x1.fffffep+127f"];
+
 /// A shading language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Language {
@@ -103,7 +106,8 @@ impl Parsed {
         let named = |text| Source { text, entry: entry.clone() };
         if language == Language::Wgsl {
             let written = wgsl::write_string(module, info, wgsl::WriterFlags::empty());
-            return written.map(named).map_err(|e| cannot_write(language, &e));
+            let [inexact, exact] = LARGEST;
+            return written.map(|text| named(text.replace(inexact, exact))).map_err(|e| cannot_write(language, &e));
         }
         let stage = Some((ShaderStage::Compute, entry.as_str()));
         let (module, info) = process_overrides(module, info, stage, &PipelineConstants::default())

@@ -3,9 +3,14 @@
 import json
 import os
 import shutil
+import signal
 import statistics
 import subprocess
 import sys
+import tempfile
+import threading
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import jsonschema
@@ -102,6 +107,52 @@ def test_c_gives_the_bits_of_the_cpu(scene, in_c, tmp_path):
     assert differ == 0, f"{differ} of {image.size} words differ"
 
 
+class Server(ThreadingHTTPServer):
+    """Serves a folder, and keeps what a page sends: images, and a sentence at the end."""
+
+    class Handler(SimpleHTTPRequestHandler):
+        def do_POST(self):
+            body = self.rfile.read(int(self.headers["Content-Length"]))
+            self.send_response(200)
+            self.end_headers()
+            if len(body) == 16 * SIZE * SIZE:
+                self.server.images.append(np.frombuffer(body, "<f4").reshape(SIZE, SIZE, 4)[..., :3])
+            else:
+                self.server.said = body.decode()
+                self.server.done.set()
+
+        def log_message(self, *_):
+            pass
+
+    def __init__(self, folder):
+        super().__init__(("127.0.0.1", 0), partial(self.Handler, directory=folder))
+        self.images, self.said, self.done = [], "nothing", threading.Event()
+
+
+def in_browser(folder, plan, query):
+    """What headless Chromium renders on its software adapter, in a folder with the page and the plan."""
+    browser = shutil.which("chromium") or pytest.skip("chromium is not installed")
+    folder.mkdir()
+    shutil.copy(RUNNERS / "web" / "run_plan.html", folder)
+    shutil.copytree(plan, folder / "plan")
+    server = Server(folder)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    flags = ["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--enable-unsafe-webgpu", "--enable-features=Vulkan"]
+    adapter = "--use-webgpu-adapter=swiftshader"
+    address = f"http://127.0.0.1:{server.server_port}/run_plan.html?plan=plan&to=/image&{query}"
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile, open(folder / "log", "w") as log:
+        command = [browser, *flags, adapter, f"--user-data-dir={profile}", address]
+        process = subprocess.Popen(command, env=QUIET, stdout=log, stderr=log, start_new_session=True)
+        try:
+            ended = server.done.wait(420)
+        finally:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            server.shutdown()
+    assert ended, f"{(folder / 'log').read_text()[-2000:]}"
+    return server.images, server.said
+
+
 def tiles(image):
     """The means of sixteen tiles, by colour."""
     return image.reshape(4, SIZE // 4, 4, SIZE // 4, 3).mean((1, 3), dtype="f8").ravel()
@@ -134,6 +185,21 @@ def test_python_agrees_in_the_means_of_tiles(scene, in_python, tmp_path):
     wrong = np.array(of_runner)
     wrong[:, typical] += 0.01 * np.mean(of_cpu)
     assert largest_deviation(wrong, of_cpu) > 1
+
+
+def test_the_browser_agrees_in_the_means_of_tiles(tmp_path):
+    """A minute of compiling on the software adapter; scenes of ReSTIR take it many."""
+    images, said = in_browser(tmp_path / "site", export(tmp_path / "plan", "cornell", ["wgsl"]), "seeds=8")
+    assert len(images) == 8 and "of compiling" in said, said
+    of_cpu = [on_cpu(tmp_path, "cornell", seed) for seed in range(8)]
+    near = np.isclose(images, of_cpu, rtol=1e-3, atol=1e-6).all(-1).mean()
+    assert near > 0.98, f"{near:.3f} of the pixels are near"
+    assert largest_deviation([tiles(image) for image in images], [tiles(image) for image in of_cpu]) < 1
+
+
+def test_the_page_says_what_is_wrong(tmp_path):
+    images, said = in_browser(tmp_path / "site", export(tmp_path / "plan", "cornell", ["spirv"]), "")
+    assert not images and said == "The plan has no WGSL; export it with --to wgsl."
 
 
 @pytest.mark.parametrize("scene", ["cornell", "ajar"])
@@ -193,5 +259,5 @@ def test_what_runners_refuse(in_python, in_c, tmp_path):
 
 
 def test_runners_are_short():
-    for runner in ["c/run_plan.c", "python/run_plan.py"]:
+    for runner in ["c/run_plan.c", "python/run_plan.py", "web/run_plan.html"]:
         assert len((RUNNERS / runner).read_text().splitlines()) <= 400
