@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 pub const FORMAT: &str = "restir-plan";
 /// The version of the format. A reader of one version refuses others.
 pub const VERSION: u32 = 1;
+/// The most passes that the frames of a plan have together: documents of more are no use to anybody.
+pub(super) const MOST_PASSES: u64 = 1 << 16;
 /// The document's name in its folder.
 pub const NAME: &str = "plan.json";
 

@@ -1,7 +1,8 @@
 //! Plans of renders, and their folders.
 
 use super::document::{
-    BindingEntry, BufferEntry, Document, FORMAT, KernelEntry, ModuleEntry, NAME, OutputEntry, UploadEntry, VERSION,
+    BindingEntry, BufferEntry, Document, FORMAT, KernelEntry, MOST_PASSES, ModuleEntry, NAME, OutputEntry, UploadEntry,
+    VERSION,
 };
 use super::fold::{Fold, fields};
 use super::form::{Form, write};
@@ -17,8 +18,6 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Documents of more passes are no use to anybody.
-const MOST_PASSES: u64 = 1 << 16;
 /// The file of all that is written between frames.
 const UPLOADS: &str = "uploads.bin";
 

@@ -1,6 +1,6 @@
 //! Plans of folders, and the passes that they stand for.
 
-use super::document::{Document, FORMAT, KernelEntry, NAME, PassEntry, UploadEntry, VERSION};
+use super::document::{Document, FORMAT, KernelEntry, MOST_PASSES, NAME, PassEntry, UploadEntry, VERSION};
 use super::fold::fields;
 use super::{Contents, Plan};
 use crate::input;
@@ -42,6 +42,7 @@ impl Plan {
     /// # Errors
     /// [`Error::Plan`] if the kernels are not those of this version, or entries do not fit each other.
     pub fn frames(&self) -> Result<FramePlan<'static>, Error> {
+        self.check_size()?;
         let document = &self.document;
         let kernels: Vec<Specialised> = document.kernels.iter().map(specialised).collect::<Result<_, _>>()?;
         let names = names(document, &kernels);
@@ -50,18 +51,7 @@ impl Plan {
         let mut passes = Vec::new();
         let mut times = vec![0; document.passes.len()];
         for frame in 0..document.frames {
-            let begun = passes.len();
-            for (entry, time) in document.passes.iter().zip(&mut times) {
-                if entry.frames.iter().any(|[first, last]| (*first..=*last).contains(&frame)) {
-                    passes.push(pass(entry, &kernels, *time)?);
-                    *time += 1;
-                }
-            }
-            let of_frame = document.uploads.iter().filter(|upload| upload.frame == frame);
-            let uploads: Vec<Upload> = of_frame.map(|upload| self.upload(upload)).collect::<Result<_, _>>()?;
-            if let (Some(first), false) = (passes.get_mut(begun), uploads.is_empty()) {
-                first.frame = Some(SceneFrame { uploads, scenes: None });
-            }
+            passes.extend(self.frame(frame, &kernels, &mut times)?);
         }
         passes.iter().try_for_each(|pass| pass.check(&buffers))?;
         let outputs: Vec<BufferId> = document.outputs.iter().map(|output| output.buffer).collect();
@@ -69,10 +59,38 @@ impl Plan {
         if are_there { Ok(FramePlan::of(buffers, passes, outputs)) } else { Err(misfit("an output")) }
     }
 
+    /// Whether it is one that could have been written, and fits into memory.
+    fn check_size(&self) -> Result<(), Error> {
+        let Document { frames, passes, buffers, .. } = &self.document;
+        let ranges = passes.iter().flat_map(|pass| &pass.frames);
+        let runs: u64 = ranges.map(|[first, last]| u64::from(last.saturating_sub(*first)) + 1).sum();
+        if u64::from(*frames).max(runs) > MOST_PASSES {
+            return Err(misfit("the number of frames"));
+        }
+        let bytes = buffers.iter().map(|buffer| buffer.bytes).fold(0, u64::saturating_add);
+        memory::check(bytes, "this plan", "export it with a smaller size")
+    }
+
+    /// The passes of a frame; `times` counts how often each has run.
+    fn frame(&self, frame: u32, kernels: &[Specialised], times: &mut [usize]) -> Result<Vec<Pass>, Error> {
+        let mut passes = Vec::new();
+        for (entry, time) in self.document.passes.iter().zip(times) {
+            if entry.frames.iter().any(|[first, last]| (*first..=*last).contains(&frame)) {
+                passes.push(pass(entry, kernels, *time)?);
+                *time += 1;
+            }
+        }
+        let of_frame = self.document.uploads.iter().filter(|upload| upload.frame == frame);
+        let uploads: Vec<Upload> = of_frame.map(|upload| self.upload(upload)).collect::<Result<_, _>>()?;
+        if let (Some(first), false) = (passes.first_mut(), uploads.is_empty()) {
+            first.frame = Some(SceneFrame { uploads, scenes: None });
+        }
+        Ok(passes)
+    }
+
     fn buffer(&self, id: BufferId, name: &'static str) -> Result<Buffer, Error> {
         let entry = &self.document.buffers[id];
         let words = entry.file.as_ref().map(|file| self.words(file)).transpose()?;
-        memory::check(entry.bytes, "a buffer of the plan", "export it with a smaller size")?;
         let contents = words.map(|words| (words.len() as u64 * 4 == entry.bytes).then(|| words.clone()));
         match contents {
             Some(None) => Err(misfit(&format!("buffer {id}"))),

@@ -123,6 +123,8 @@ fn damaged_plans_are_refused() -> Result<(), Failed> {
         (text.replacen("\"name\":\"path\"", "\"name\":\"no_kernel\"", 1), "another version of restir"),
         (text.replacen("\"stride\":16", "\"stride\":20", 1), "another version of restir"),
         (turns, "does not"),
+        (text.replacen("\"frames\": 1", "\"frames\": 4000000000", 1), "the number of frames"),
+        (text.replacen("\"bytes\":", "\"bytes\":9000000000000000", 1), "this plan would take"),
     ] {
         let folder = written()?;
         std::fs::write(folder.path().join("plan.json"), document)?;
