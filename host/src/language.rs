@@ -33,8 +33,8 @@ const LARGEST: [&str; 2] = ["340282350000000000000000000000000000000f", "0x1.fff
 pub enum Language {
     /// WebGPU's.
     Wgsl,
-    /// Metal's, version 2.4. Binding i of set 0 is buffer i; the buffer after the last one holds the sizes in bytes of those that end with an array,
-    /// in their order, a word each.
+    /// Metal's, version 2.4. Binding i of set 0 is buffer i; the buffer after the last one holds the sizes in bytes of all but the first, in their
+    /// order, a word each. The host gives the memory that workgroups share ([`Parsed::workgroup_memory`]).
     Msl,
     /// Direct3D's, shader model 5.1: binding i of set 0 is register i of space 0, `t` if it is only read and `u` if not.
     Hlsl,
@@ -118,6 +118,15 @@ impl Parsed {
             Language::Glsl => self.glsl(&module, &info),
         }
         .map_err(|e| cannot_write(language, &*e))
+    }
+
+    /// The sizes in bytes of the variables that a workgroup shares, in the order of the arguments by which MSL takes them.
+    pub fn workgroup_memory(&self) -> Vec<u32> {
+        let used = self.info.get_entry_point(0);
+        let is_shared = |variable: &naga::GlobalVariable| variable.space == AddressSpace::WorkGroup;
+        let variables = self.module.global_variables.iter();
+        let shared = variables.filter(|(at, variable)| is_shared(variable) && !used[*at].is_empty());
+        shared.map(|(_, variable)| self.module.types[variable.ty].inner.size(self.module.to_ctx())).collect()
     }
 
     /// The storage buffers, and whether each is written.

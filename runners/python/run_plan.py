@@ -3,7 +3,7 @@
     pip install wgpu numpy
     python run_plan.py FOLDER IMAGE.pfm [--set FIELD=NUMBER ...]
 
---set writes another number into all parameters of that name, as in `--set seed=7`.
+--set writes another number into all parameters of that name, as in `--set seed=7`, or of that whole name, as in `--set reuse.seed=7`.
 """
 
 import argparse
@@ -13,8 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import wgpu
-
-TYPES = {"u32": "u4", "f32": "f4"}
 
 
 def open_device():
@@ -26,6 +24,21 @@ def open_device():
     print("device:", adapter.info["device"], file=sys.stderr)
     names = ["max-storage-buffers-per-shader-stage", "max-storage-buffer-binding-size", "max-buffer-size"]
     return adapter.request_device_sync(required_limits={name: adapter.limits[name] for name in names})
+
+
+def is_named(path, name):
+    return path == name or path.split(".")[-1] == name
+
+
+def word(number, field):
+    """The number as a parameter holds it."""
+    if field["count"] != 1:
+        sys.exit(f"error: {field['name']} has {field['count']} numbers; --set writes parameters of one")
+    if field["type"] == "f32":
+        return np.float32(number).view("u4")
+    if number != int(number) or not 0 <= number < 2**32:
+        sys.exit(f"error: {field['name']} has to be a whole number from 0 to {2**32 - 1}")
+    return np.uint32(number)
 
 
 class Kernel:
@@ -57,10 +70,10 @@ class Pass:
     def __init__(self, device, kernels, entry, settings):
         self.entry, self.kernel, self.times = entry, kernels[entry["kernel"]], 0
         self.settings = [
-            (field["byte"] // 4, np.array([number], TYPES[field["type"]]).view("u4")[0])
+            (field["byte"] // 4, word(number, field))
             for name, number in settings.items()
             for path, field in self.kernel.fields.items()
-            if path.split(".")[-1] == name
+            if is_named(path, name)
         ]
         usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_DST
         self.block = device.create_buffer(size=4 * len(entry["params"]), usage=usage)
@@ -113,7 +126,8 @@ def render(folder, settings):
     buffers = [open_buffer(device, folder, entry) for entry in plan["buffers"]]
     kernels = [Kernel(device, folder, entry) for entry in plan["kernels"]]
     passes = [Pass(device, kernels, entry, settings) for entry in plan["passes"]]
-    missing = [name for name in settings if not any(name == path.split(".")[-1] for kernel in kernels for path in kernel.fields)]
+    paths = [path for kernel in kernels for path in kernel.fields]
+    missing = [name for name in settings if not any(is_named(path, name) for path in paths)]
     if missing:
         sys.exit(f"error: no kernel has a parameter {missing[0]}; plan.json lists them")
     files = {upload["file"]: (folder / upload["file"]).read_bytes() for upload in plan["uploads"]}
@@ -140,7 +154,7 @@ def write_pfm(path, image):
 
 def setting(text):
     name, _, number = text.partition("=")
-    return name, float(number) if "." in number else int(number)
+    return name, float(number)
 
 
 def main():

@@ -26,7 +26,8 @@ pub(super) struct Arguments {
     /// The folder to write, which is made if it is not there.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
-    /// What the kernels are written as: spirv gives the CPU's bits on Vulkan, the others the same image within rounding.
+    /// What the kernels are written as: spirv gives the CPU's bits on Vulkan, the others the same image within rounding. docs/plans.md says which
+    /// of them have been executed.
     #[arg(long, value_name = "FORM,...", value_delimiter = ',', default_value = "spirv", value_parser = forms())]
     to: Vec<Form>,
     #[command(flatten)]
@@ -40,11 +41,9 @@ pub(super) struct Arguments {
 }
 
 fn forms() -> impl TypedValueParser<Value = Form> {
-    let values = Form::ALL.map(|form| PossibleValue::new(form.name()));
-    PossibleValuesParser::new(values).map(|name| {
-        let named = Form::ALL.into_iter().find(|form| form.name() == name);
-        named.unwrap_or(Form::Spirv)
-    })
+    let values = Form::all().into_iter().map(|form| PossibleValue::new(form.name()));
+    let named = |name: String| Form::all().into_iter().find(|form| form.name() == name).ok_or("there is no such form");
+    PossibleValuesParser::new(values).try_map(named)
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {

@@ -36,7 +36,7 @@ pub struct Document {
     pub passes: Vec<PassEntry>,
     /// What is written to buffers before the first pass of a frame.
     pub uploads: Vec<UploadEntry>,
-    /// The buffers that hold the results after the last frame.
+    /// The buffers that hold the results after each frame in which the pass runs that writes them. The image comes first.
     pub outputs: Vec<OutputEntry>,
 }
 
@@ -106,6 +106,9 @@ pub struct ModuleEntry {
     pub file: String,
     /// The name of its entry point.
     pub entry: String,
+    /// Sizes of the memory that a workgroup shares, in bytes, where the host has to give it (MSL: `setThreadgroupMemoryLength`, index by index).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub threadgroup: Vec<u32>,
 }
 
 /// A dispatch that is the same in all the frames in which it runs, but for the buffers that alternate and the parameters that change. Both are
@@ -139,6 +142,10 @@ pub struct ChangeEntry {
     pub byte: u32,
     /// Its words, time by time.
     pub values: Vec<Vec<u32>>,
+    /// What it is in every frame: `camera` or `last_camera`, the field of that name of the frame's camera or of the last frame's; `frame` or
+    /// `last_frame`, how many frames there were before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub follows: Option<String>,
 }
 
 /// Bytes of a file that are written to a buffer.
@@ -163,7 +170,7 @@ pub struct UploadEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutputEntry {
-    /// The buffer, row by row from the top.
+    /// The buffer, pixel by pixel in rows from the top.
     pub buffer: usize,
     /// `image` has four floats a pixel: the mean radiance, linear red, green and blue, and how many samples were dropped. `counts` has four
     /// words a pixel.

@@ -1,9 +1,10 @@
 //! The passes of many frames, folded to those of one.
 
+use super::Specialised;
 use super::document::{ChangeEntry, FieldEntry, PassEntry};
 use crate::plan::{BufferId, Pass};
 use restir_kernels::KernelDesc;
-use restir_shared::layout::{Field, Kind};
+use restir_shared::layout::{CameraParams, Field, Kind, fields_of};
 use std::collections::BTreeMap;
 
 /// Passes that are one to a reader, in the frames in which they run.
@@ -36,14 +37,20 @@ impl Fold {
         Self(folded)
     }
 
-    /// What runs first of each pass, in order.
-    pub(super) fn firsts(&self) -> impl Iterator<Item = &Pass> {
-        self.0.iter().filter_map(|folded| folded.runs.first()).map(|(_, pass)| pass)
+    /// The kernels of all passes, in the order in which they are needed.
+    pub(super) fn kernels(&self) -> Vec<Specialised> {
+        let mut kernels: Vec<Specialised> = Vec::new();
+        for (_, pass) in self.0.iter().filter_map(|folded| folded.runs.first()) {
+            if !kernels.iter().any(|kernel| is_of(pass, kernel)) {
+                kernels.push((pass.kernel, pass.constants.clone()));
+            }
+        }
+        kernels
     }
 
-    /// The entries; `kernel` gives the index of a pass's kernel.
-    pub(super) fn entries(&self, kernel: impl Fn(&Pass) -> usize) -> Vec<PassEntry> {
-        self.0.iter().filter_map(|folded| entry(&folded.runs, &kernel)).collect()
+    /// The entries; `kernels` are those of [`Self::kernels`], and `cameras` has that of each frame.
+    pub(super) fn entries(&self, kernels: &[Specialised], cameras: &[CameraParams]) -> Vec<PassEntry> {
+        self.0.iter().filter_map(|folded| entry(&folded.runs, kernels, cameras)).collect()
     }
 }
 
@@ -51,29 +58,61 @@ fn alike(a: &Pass, b: &Pass) -> bool {
     a.kernel.name == b.kernel.name && a.constants == b.constants && a.grid == b.grid
 }
 
-fn entry(runs: &[(u32, Pass)], kernel: &impl Fn(&Pass) -> usize) -> Option<PassEntry> {
+fn is_of(pass: &Pass, (kernel, constants): &Specialised) -> bool {
+    pass.kernel.name == kernel.name && pass.constants == *constants
+}
+
+fn entry(runs: &[(u32, Pass)], kernels: &[Specialised], cameras: &[CameraParams]) -> Option<PassEntry> {
     let (_, first) = runs.first()?;
     let ids = |role: usize| cycle(&runs.iter().map(|(_, pass)| pass.bindings[role]).collect::<Vec<BufferId>>());
     let buffers: BTreeMap<String, Vec<BufferId>> =
         (0..).zip(first.bindings()).map(|(role, (binding, _))| (binding.name.to_owned(), ids(role))).collect();
     let [x, y, _] = first.kernel.workgroup;
     Some(PassEntry {
-        kernel: kernel(first),
+        kernel: kernels.iter().position(|kernel| is_of(first, kernel))?,
         frames: ranges(runs.iter().map(|(frame, _)| *frame)),
         buffers,
         grid: first.grid,
         workgroups: [first.grid[0].div_ceil(x), first.grid[1].div_ceil(y), 1],
         params: first.params.clone(),
-        changes: fields(first.kernel).into_iter().filter_map(|field| change(field, runs)).collect(),
+        changes: fields(first.kernel).into_iter().filter_map(|field| change(field, runs, cameras)).collect(),
     })
 }
 
 /// What a field holds in each run, if it changes.
-fn change(field: FieldEntry, runs: &[(u32, Pass)]) -> Option<ChangeEntry> {
+fn change(field: FieldEntry, runs: &[(u32, Pass)], cameras: &[CameraParams]) -> Option<ChangeEntry> {
     let FieldEntry { name, byte, count, .. } = field;
     let words = |pass: &Pass| pass.params.iter().skip(byte as usize / 4).take(count as usize).copied().collect();
-    let values: Vec<Vec<u32>> = cycle(&runs.iter().map(|(_, pass)| words(pass)).collect::<Vec<_>>());
-    (values.len() > 1).then_some(ChangeEntry { field: name, byte, values })
+    let all: Vec<(u32, Vec<u32>)> = runs.iter().map(|(frame, pass)| (*frame, words(pass))).collect();
+    let values = cycle(&all.iter().map(|(_, words)| words.clone()).collect::<Vec<_>>());
+    let follows = if values.len() > 1 { follows(&name, &all, cameras).map(str::to_owned) } else { None };
+    (values.len() > 1).then_some(ChangeEntry { field: name, byte, values, follows })
+}
+
+/// What a field follows, if it is that in all of the frames. The first frame has no last one.
+fn follows(name: &str, all: &[(u32, Vec<u32>)], cameras: &[CameraParams]) -> Option<&'static str> {
+    let last_part = name.rsplit('.').next().unwrap_or(name);
+    let of_camera =
+        fields_of::<CameraParams>().iter().find(|field| field.name == last_part && name.contains("camera."));
+    let in_camera = |frame: u32| {
+        let (first, words) = of_camera.map(|field| (field.byte as usize / 4, field.kind.words()))?;
+        let camera: &[u32] = bytemuck::cast_slice(std::slice::from_ref(cameras.get(frame as usize)?));
+        camera.get(first..first + words as usize).map(<[u32]>::to_vec)
+    };
+    let is = |expected: &dyn Fn(u32) -> Option<Vec<u32>>| {
+        all.iter().all(|(frame, words)| expected(*frame).as_ref() == Some(words))
+    };
+    let was = |expected: &dyn Fn(u32) -> Option<Vec<u32>>| {
+        all.iter().filter(|(frame, _)| *frame > 0).all(|(frame, words)| expected(frame - 1).as_ref() == Some(words))
+    };
+    let number = |frame: u32| Some(vec![frame]);
+    let known = [
+        ("camera", is(&in_camera)),
+        ("last_camera", was(&in_camera)),
+        ("frame", is(&number)),
+        ("last_frame", was(&number)),
+    ];
+    known.into_iter().find(|(_, holds)| *holds).map(|(what, _)| what)
 }
 
 /// The fields of a kernel's parameters that are no blocks.
@@ -146,9 +185,10 @@ mod tests {
             vec![add(3.0, 0, 1), resolve(4)],
             vec![resolve(3), add(4.0, 1, 0)],
         ]);
-        let entries = fold.entries(|pass| usize::from(pass.kernel.name == "film_add"));
+        let kernels = fold.kernels();
+        let entries = fold.entries(&kernels, &[]);
         let frames: Vec<_> = entries.iter().map(|entry| (entry.kernel, entry.frames.clone())).collect();
-        assert_eq!(frames, [(1, vec![[2, 2]]), (0, vec![[1, 3]]), (1, vec![[0, 1], [3, 3]])]);
+        assert_eq!(frames, [(0, vec![[2, 2]]), (1, vec![[1, 3]]), (0, vec![[0, 1], [3, 3]])]);
         let last = &entries[2];
         assert_eq!((&last.buffers["left"], &last.buffers["right"]), (&vec![0, 1, 1], &vec![1, 0, 0]));
         assert_eq!((last.grid, last.workgroups), ([9, 5], [2, 1, 1]));

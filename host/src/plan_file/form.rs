@@ -1,4 +1,4 @@
-//! What a kernel is written as.
+//! Forms of kernels: SPIR-V and shading languages.
 
 use crate::exec::Flavour;
 use crate::language::{Language, Parsed};
@@ -17,13 +17,9 @@ pub enum Form {
 
 impl Form {
     /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::Spirv,
-        Self::Text(Language::Wgsl),
-        Self::Text(Language::Msl),
-        Self::Text(Language::Hlsl),
-        Self::Text(Language::Glsl),
-    ];
+    pub fn all() -> Vec<Self> {
+        std::iter::once(Self::Spirv).chain(Language::ALL.map(Self::Text)).collect()
+    }
 
     /// What it is called.
     pub fn name(self) -> &'static str {
@@ -39,23 +35,43 @@ impl Form {
     }
 }
 
-/// A kernel with its constants frozen, in each of the forms, with the name of its entry point in it.
-pub(super) fn write(kernel: &KernelDesc, constants: &[u32], forms: &[Form]) -> Result<Vec<(Contents, String)>, Error> {
+/// A kernel in a form.
+pub(super) struct Written {
+    pub(super) contents: Contents,
+    /// The name of its entry point.
+    pub(super) entry: String,
+    /// Sizes of the memory that the host gives to a workgroup.
+    pub(super) threadgroup: Vec<u32>,
+}
+
+/// A kernel with its constants frozen, in each of the forms.
+pub(super) fn write(kernel: &KernelDesc, constants: &[u32], forms: &[Form]) -> Result<Vec<Written>, Error> {
     let broken = |source: String| Error::Module { kernel: kernel.name.to_owned(), source: source.into() };
     let frozen = |flavour| {
         let words = Shaders::Embedded.load(kernel.name, flavour)?;
         let values: Vec<(u32, u32)> = kernel.constants.iter().map(|c| c.id).zip(constants.iter().copied()).collect();
         spirv::freeze(&words, &values).ok_or_else(|| broken("it is no SPIR-V".to_owned()))
     };
-    let is_text = |form: &Form| *form != Form::Spirv;
-    let parse = || Parsed::new(bytemuck::cast_slice(&frozen(Flavour::Fast)?), kernel.name).map_err(broken);
-    let parsed = if forms.iter().any(is_text) { Some(parse()?) } else { None };
-    let written = |form: &Form| match (form, &parsed) {
-        (Form::Text(language), Some(parsed)) => {
-            let source = parsed.write(*language).map_err(broken)?;
-            Ok((Contents::Text(source.text), source.entry))
-        }
-        _ => Ok((Contents::Words(frozen(Flavour::Exact)?.into()), kernel.name.to_owned())),
+    // read once for all languages
+    let mut parsed = None;
+    let mut written = |form: &Form| {
+        let language = match form {
+            Form::Spirv => {
+                let contents = Contents::Words(frozen(Flavour::Exact)?.into());
+                return Ok(Written { contents, entry: kernel.name.to_owned(), threadgroup: Vec::new() });
+            }
+            Form::Text(language) => *language,
+        };
+        let module: &Parsed = match &mut parsed {
+            Some(parsed) => parsed,
+            none => {
+                let words = frozen(Flavour::Fast)?;
+                none.insert(Parsed::new(bytemuck::cast_slice(&words), kernel.name).map_err(broken)?)
+            }
+        };
+        let source = module.write(language).map_err(broken)?;
+        let threadgroup = if language == Language::Msl { module.workgroup_memory() } else { Vec::new() };
+        Ok(Written { contents: Contents::Text(source.text), entry: source.entry, threadgroup })
     };
-    forms.iter().map(written).collect()
+    forms.iter().map(&mut written).collect()
 }

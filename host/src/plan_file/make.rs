@@ -5,14 +5,15 @@ use super::document::{
     VERSION,
 };
 use super::fold::{Fold, fields};
-use super::form::{Form, write};
-use super::{Contents, Plan};
+use super::form::{Form, Written, write};
+use super::{Contents, Plan, Specialised};
 use crate::output::{make_folder, making, write_atomically};
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::render::Render;
 use crate::{Error, buffers::SceneBuffers};
 use rayon::prelude::*;
 use restir_kernels::{Access, KernelDesc};
+use restir_shared::layout::CameraParams;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -20,9 +21,6 @@ use std::path::Path;
 
 /// The file of all that is written between frames.
 const UPLOADS: &str = "uploads.bin";
-
-/// A kernel with frozen constants.
-type Specialised = (&'static KernelDesc, Vec<u32>);
 
 impl Plan {
     /// What the render is made of, with the kernels in these forms.
@@ -44,8 +42,9 @@ impl Plan {
         let mut uploads = Uploads::default();
         (0..).zip(&frames).for_each(|(frame, passes)| uploads.add(frame, passes));
         let fold = Fold::of(frames);
-        let kernels = specialised(&fold);
-        let index = |pass: &Pass| kernels.iter().position(|kernel| is_of(pass, kernel)).unwrap_or_default();
+        let kernels = fold.kernels();
+        let camera = |frame| render.camera(scene, frame).params(render.width, render.height);
+        let cameras: Vec<CameraParams> = (0..frame_count).map(camera).collect();
         let document = Document {
             format: FORMAT.to_owned(),
             version: VERSION,
@@ -54,7 +53,7 @@ impl Plan {
             size: [render.width, render.height],
             frames: frame_count,
             buffers: (0..).zip(&plan.buffers).map(|(id, buffer)| buffer_entry(id, buffer, &mut files)).collect(),
-            passes: fold.entries(index),
+            passes: fold.entries(&kernels, &cameras),
             kernels: kernel_entries(&kernels, forms, &mut files)?,
             uploads: uploads.entries,
             outputs: outputs(&plan),
@@ -126,25 +125,9 @@ fn about(render: &Render) -> BTreeMap<String, String> {
     pairs.map(|(key, value)| (key.to_owned(), value)).into()
 }
 
-fn is_of(pass: &Pass, (kernel, constants): &Specialised) -> bool {
-    pass.kernel.name == kernel.name && pass.constants == *constants
-}
-
-/// The kernels of all passes, in the order in which they are needed.
-fn specialised(fold: &Fold) -> Vec<Specialised> {
-    let mut kernels: Vec<Specialised> = Vec::new();
-    for pass in fold.firsts() {
-        if !kernels.iter().any(|kernel| is_of(pass, kernel)) {
-            kernels.push((pass.kernel, pass.constants.clone()));
-        }
-    }
-    kernels
-}
-
 fn buffer_entry(id: usize, buffer: &Buffer, files: &mut BTreeMap<String, Contents>) -> BufferEntry {
     let Buffer { name, words, contents } = buffer;
-    // a file for nothing would have no byte
-    let file = contents.as_ref().filter(|words| !words.is_empty()).map(|words| {
+    let file = contents.as_ref().map(|words| {
         let file = format!("buffers/{id}-{name}.bin");
         files.insert(file.clone(), Contents::Words(words.clone()));
         file
@@ -162,10 +145,10 @@ fn kernel_entries(
         kernels.par_iter().map(|(kernel, constants)| write(kernel, constants, forms)).collect::<Result<_, _>>()?;
     let entries = (0..).zip(kernels.iter().zip(written)).map(|(id, ((kernel, constants), written))| {
         let mut modules = BTreeMap::new();
-        for (form, (contents, entry)) in forms.iter().zip(written) {
+        for (form, Written { contents, entry, threadgroup }) in forms.iter().zip(written) {
             let file = format!("modules/{id}-{}.{}", kernel.name, form.ending());
             files.insert(file.clone(), contents);
-            modules.insert(form.name().to_owned(), ModuleEntry { file, entry });
+            modules.insert(form.name().to_owned(), ModuleEntry { file, entry, threadgroup });
         }
         kernel_entry(kernel, constants, modules)
     });

@@ -39,8 +39,12 @@ pub use document::{
 };
 pub use form::Form;
 
+use restir_kernels::KernelDesc;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// A kernel and the values of its specialization constants.
+type Specialised = (&'static KernelDesc, Vec<u32>);
 
 /// A document and the files that it names.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,11 +2,10 @@
 
 use super::document::{Document, FORMAT, KernelEntry, MOST_PASSES, NAME, PassEntry, UploadEntry, VERSION};
 use super::fold::fields;
-use super::{Contents, Plan};
+use super::{Contents, Plan, Specialised};
 use crate::input;
 use crate::plan::{Buffer, BufferId, FramePlan, Pass, SceneFrame, Upload};
 use crate::{Error, memory};
-use restir_kernels::KernelDesc;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::{Component, Path};
@@ -59,13 +58,14 @@ impl Plan {
         if are_there { Ok(FramePlan::of(buffers, passes, outputs)) } else { Err(misfit("an output")) }
     }
 
-    /// Whether it is one that could have been written, and fits into memory.
+    /// Whether it has no more passes than a plan may have, and fits into memory.
     fn check_size(&self) -> Result<(), Error> {
         let Document { frames, passes, buffers, .. } = &self.document;
         let ranges = passes.iter().flat_map(|pass| &pass.frames);
         let runs: u64 = ranges.map(|[first, last]| u64::from(last.saturating_sub(*first)) + 1).sum();
         if u64::from(*frames).max(runs) > MOST_PASSES {
-            return Err(misfit("the number of frames"));
+            let problem = format!("the plan has more than {MOST_PASSES} frames or passes; export it again");
+            return Err(Error::Plan { problem });
         }
         let bytes = buffers.iter().map(|buffer| buffer.bytes).fold(0, u64::saturating_add);
         memory::check(bytes, "this plan", "export it with a smaller size")
@@ -120,9 +120,6 @@ struct Header {
     version: u32,
 }
 
-/// A kernel of this library with constants.
-type Specialised = (&'static KernelDesc, Vec<u32>);
-
 fn damaged(error: &serde_json::Error) -> String {
     format!("it is no plan, or damaged ({error}); export it again")
 }
@@ -138,11 +135,13 @@ fn read(path: &Path) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// Words, but of the endings of shading languages.
+/// Words of files of buffers and of SPIR-V, else text.
 fn contents(path: &Path) -> Result<Contents, Error> {
     let bytes = read(path)?;
     if path.extension().is_some_and(|ending| ending == "bin" || ending == "spv") {
-        return Ok(Contents::Words(bytemuck::pod_collect_to_vec(&bytes).into()));
+        let whole = bytes.len().is_multiple_of(4);
+        let cut = || Error::cannot_read(path, "it does not end with a whole word; export the plan again");
+        return whole.then(|| Contents::Words(bytemuck::pod_collect_to_vec(&bytes).into())).ok_or_else(cut);
     }
     String::from_utf8(bytes).map(Contents::Text).map_err(|error| Error::cannot_read(path, error))
 }
@@ -185,6 +184,8 @@ fn names(document: &Document, kernels: &[Specialised]) -> Vec<&'static str> {
 /// An entry as it runs for the `time`-th time.
 fn pass(entry: &PassEntry, kernels: &[Specialised], time: usize) -> Result<Pass, Error> {
     let (kernel, constants) = kernels.get(entry.kernel).ok_or_else(|| misfit("a kernel"))?;
+    let has_block = kernel.bindings.first().is_some_and(|block| block.stride as usize == 4 * entry.params.len());
+    has_block.then_some(()).ok_or_else(|| misfit("a parameter block"))?;
     let turn = |ids: &Vec<BufferId>| ids.get(time.checked_rem(ids.len())?).copied();
     let roles = kernel.bindings.iter().skip(1);
     let bindings: Option<Vec<BufferId>> = roles.map(|role| entry.buffers.get(role.name).and_then(turn)).collect();

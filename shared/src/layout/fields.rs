@@ -11,6 +11,16 @@ pub enum Kind {
     Block(&'static [Field]),
 }
 
+impl Kind {
+    /// How many words it has; none of a block, whose fields have them.
+    pub fn words(self) -> u32 {
+        match self {
+            Self::Unsigned(words) | Self::Floats(words) => words,
+            Self::Block(_) => 0,
+        }
+    }
+}
+
 /// A field of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
@@ -90,11 +100,7 @@ mod tests {
     #[test]
     fn fields_fill_their_block() {
         let fields = fields_of::<CameraParams>();
-        let words = |kind| match kind {
-            Kind::Unsigned(words) | Kind::Floats(words) => words,
-            Kind::Block(_) => 0,
-        };
-        let ends = fields.iter().map(|field| field.byte + 4 * words(field.kind));
+        let ends = fields.iter().map(|field| field.byte + 4 * field.kind.words());
         let begins = fields.iter().skip(1).map(|field| field.byte);
         assert!(ends.eq(begins.chain([size_of::<CameraParams>() as u32])));
         assert_eq!((fields[2].name, fields[2].byte, fields[2].kind), ("forward", 16, Kind::Floats(3)));

@@ -3,10 +3,11 @@
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, GpuExecutor};
-use restir_host::plan_file::{Contents, Form, Plan, VERSION};
+use restir_host::plan_file::{Contents, Form, PassEntry, Plan, VERSION};
 use restir_host::render::{Render, Shows};
 use restir_host::scene::{CameraPath, Scene};
 use restir_host::technique::{Repeats, configure, named};
+use restir_shared::layout::{CameraParams, fields_of};
 use restir_tests::device;
 use restir_tests::suite::{Trial, ensure};
 use std::path::Path;
@@ -27,6 +28,7 @@ const SIZE: [u32; 2] = [13, 9];
 pub(crate) fn trials() -> Vec<Trial> {
     let mut trials = vec![
         Trial::test("frames of a render are folded to those of one", frames_are_folded).first(),
+        Trial::test("a renderer goes on beyond the frames of a plan", frames_go_on),
         Trial::test("a plan that is damaged or of another version is refused", damaged_plans_are_refused),
         Trial::test("kernels are written in every form", kernels_are_written_in_every_form),
     ];
@@ -88,9 +90,73 @@ fn frames_are_folded() -> Result<(), Failed> {
     let frame = changed("reuse.frame").ok_or("the frame is not said to change")?;
     ensure(frame.values == (0..16).map(|frame| vec![frame]).collect::<Vec<_>>(), || format!("{:?}", frame.values))?;
     let position = changed("reuse.camera.position").ok_or("the camera is not said to move")?;
+    ensure(position.follows.as_deref() == Some("camera"), || format!("{:?}", position.follows))?;
     ensure(position.values.iter().all(|words| words.len() == 3), || format!("{:?}", position.values))?;
     let alternate = many.passes.iter().flat_map(|pass| pass.buffers.values()).filter(|ids| ids.len() > 1).count();
     ensure(alternate > 0, || "no plane alternates".to_owned())
+}
+
+/// A pass of a plan in a frame, in which it has run `time` times before: its buffers and the words of its parameters.
+fn in_plan(entry: &PassEntry, time: usize) -> (Vec<usize>, Vec<u32>) {
+    let mut params = entry.params.clone();
+    for change in &entry.changes {
+        let words = &change.values[time % change.values.len()];
+        params[change.byte as usize / 4..][..words.len()].copy_from_slice(words);
+    }
+    (entry.buffers.values().map(|ids| ids[time % ids.len()]).collect(), params)
+}
+
+/// The same in a frame beyond the plan, as `docs/plans.md` has it: fields follow, others keep what they were.
+fn beyond(entry: &PassEntry, time: usize, frame: u32, cameras: &[CameraParams]) -> (Vec<usize>, Vec<u32>) {
+    let (buffers, mut params) = in_plan(entry, time);
+    for change in &entry.changes {
+        let last = frame - u32::from(change.follows.as_ref().is_some_and(|what| what.starts_with("last_")));
+        let camera: &[u32] = bytemuck::cast_slice(std::slice::from_ref(&cameras[last as usize]));
+        let part = change.field.rsplit('.').next();
+        let words = match change.follows.as_deref() {
+            Some("frame" | "last_frame") => vec![last],
+            Some(_) => {
+                let field = fields_of::<CameraParams>().iter().find(|field| Some(field.name) == part).expect("a field");
+                camera[field.byte as usize / 4..][..change.values[0].len()].to_vec()
+            }
+            None => change.values[change.values.len() - 1].clone(),
+        };
+        params[change.byte as usize / 4..][..words.len()].copy_from_slice(&words);
+    }
+    (buffers, params)
+}
+
+/// What eight frames say of the twelfth is what a plan of twelve frames has there, but for what is drawn anew in each.
+fn frames_go_on() -> Result<(), Failed> {
+    const FEW: u32 = 8;
+    const MANY: u32 = 12;
+    for (name, technique) in [("many-lights", "restir-di"), ("ajar", "restir-pt"), ("cube", "restir-sss")] {
+        let scene = SceneBuffers::build(&Scene::load(name)?)?;
+        let path = CameraPath::Turntable(90).cameras(scene.camera, MANY)?;
+        let cameras: Vec<CameraParams> = path.iter().map(|camera| camera.params(SIZE[0], SIZE[1])).collect();
+        let plan = |count: u32| {
+            let (cameras, shows) = (path[..count as usize].to_vec(), Shows::Each);
+            let job = Render { count, cameras, shows, ..Render::new(SIZE, named(technique)?) };
+            Ok::<_, Failed>(Plan::of(&job, &scene, &[])?.document)
+        };
+        let (few, many) = (plan(FEW)?, plan(MANY)?);
+        ensure(few.passes.len() == many.passes.len(), || format!("{technique} has other passes"))?;
+        for (entry, expected) in few.passes.iter().zip(&many.passes) {
+            let first = entry.frames[0][0];
+            ensure(entry.frames == [[first, FEW - 1]], || format!("{technique}: {:?}", entry.frames))?;
+            let (frame, time) = (MANY - 1, (MANY - 1 - first) as usize);
+            let drawn = entry.changes.iter().find(|change| change.field == "pairs");
+            let pairs =
+                drawn.map_or(0..0, |drawn| drawn.byte as usize / 4..drawn.byte as usize / 4 + drawn.values[0].len());
+            let kept =
+                |params: &[u32]| (0..).zip(params.to_vec()).filter(|(at, _)| !pairs.contains(at)).collect::<Vec<_>>();
+            let ((buffers, params), (right, wanted)) = (beyond(entry, time, frame, &cameras), in_plan(expected, time));
+            let kernel = &few.kernels[entry.kernel].name;
+            ensure(buffers == right, || format!("{technique}: {kernel} binds {buffers:?} instead of {right:?}"))?;
+            ensure(kept(&params) == kept(&wanted), || format!("{technique}: {kernel} has other parameters"))?;
+        }
+    }
+    Ok(())
 }
 
 fn damaged_plans_are_refused() -> Result<(), Failed> {
@@ -123,7 +189,7 @@ fn damaged_plans_are_refused() -> Result<(), Failed> {
         (text.replacen("\"name\":\"path\"", "\"name\":\"no_kernel\"", 1), "another version of restir"),
         (text.replacen("\"stride\":16", "\"stride\":20", 1), "another version of restir"),
         (turns, "does not"),
-        (text.replacen("\"frames\": 1", "\"frames\": 4000000000", 1), "the number of frames"),
+        (text.replacen("\"frames\": 1", "\"frames\": 4000000000", 1), "frames or passes"),
         (text.replacen("\"bytes\":", "\"bytes\":9000000000000000", 1), "this plan would take"),
     ] {
         let folder = written()?;
@@ -138,9 +204,9 @@ fn damaged_plans_are_refused() -> Result<(), Failed> {
 
 fn kernels_are_written_in_every_form() -> Result<(), Failed> {
     let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
-    let plan = Plan::of(&job(&scene, "restir-pt", &[])?, &scene, &Form::ALL)?;
+    let plan = Plan::of(&job(&scene, "restir-pt", &[])?, &scene, &Form::all())?;
     for kernel in &plan.document.kernels {
-        ensure(kernel.modules.len() == Form::ALL.len(), || format!("{}: {:?}", kernel.name, kernel.modules))?;
+        ensure(kernel.modules.len() == Form::all().len(), || format!("{}: {:?}", kernel.name, kernel.modules))?;
         for (form, module) in &kernel.modules {
             let contents = plan.files.get(&module.file).ok_or("a file is missing")?;
             let is_text = matches!(contents, Contents::Text(text) if text.contains(&module.entry));

@@ -19,7 +19,7 @@ use super::module::{globals, id_operand, ids, literal_operand};
 /// Composites of more members stay as they are.
 const MOST_MEMBERS: u32 = 64;
 
-/// Replaces all insertions into structures and arrays, and drops what is not used then.
+/// Replaces all insertions into structures and arrays, but those into a vector in them, and drops what is not used then.
 pub(super) fn make_whole(module: &mut Module) {
     let members = members_by_type(module);
     let mut bound = module.header.as_ref().map_or(0, |header| header.bound);
@@ -74,6 +74,7 @@ impl Whole<'_> {
         let (of, result) = (i.result_type?, i.result_id?);
         let (object, composite) = (id_operand(i, 0).filter(|_| is_insertion)?, id_operand(i, 1)?);
         let path: Vec<u32> = (2..i.operands.len()).map(|at| literal_operand(i, at)).collect::<Option<_>>()?;
+        path.first()?;
         // what a path leads through has members
         let mut inner = of;
         for &at in &path {

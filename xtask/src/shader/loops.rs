@@ -1,8 +1,8 @@
 //! Loops that naga writes right in GLSL, HLSL and MSL.
 //!
-//! Of a loop whose last block decides whether it goes round again naga writes that decision, and what the next round begins with, at the start of
-//! the next round, where the variables that it reads are others already (issue 4558 of wgpu): images were black. So the last block becomes
-//! a part of the round here, with a jump behind it, and what a round hands to the next one goes through variables, which are written before:
+//! naga moves the end of a round to the start of the next one. If the last block decides whether the loop goes on, it reads variables there that
+//! have already changed (issue 4558 of wgpu): images were black. So the last block becomes a part of the round, with a jump behind it that
+//! does nothing else, and a round hands values to the next one by variables, which it writes before:
 //!
 //! ```text
 //! %header: %a = OpPhi %a0 %before %b %last        %header: %a = OpLoad %variable
@@ -14,29 +14,31 @@
 //!                                                 %again:  OpBranch %header
 //! ```
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use rspirv::dr::{Block, Function, Instruction, Module, Operand};
 use rspirv::spirv::{Op, StorageClass, Word};
 
 use super::module::id_operand;
 
-/// Rewrites all loops that hand something on.
-pub(super) fn hand_on_by_variables(module: &mut Module) {
+/// Rewrites all loops that hand something on, or do not end with a jump. The error is a sentence.
+pub(super) fn hand_on_by_variables(module: &mut Module) -> Result<(), String> {
     let mut ids = Ids { bound: module.header.as_ref().map_or(0, |header| header.bound), pointers: pointers(module) };
-    let known = ids.pointers.len();
+    let known: HashSet<Word> = ids.pointers.values().copied().collect();
     for function in &mut module.functions {
         while let Some(header) = function.blocks.iter().position(decides_at_its_end(function)) {
-            rewrite(function, header, &mut ids);
+            rewrite(function, header, &mut ids)?;
         }
     }
-    let mut made: Vec<(Word, Word)> = ids.pointers.into_iter().collect();
+    let mut made: Vec<(Word, Word)> =
+        ids.pointers.into_iter().filter(|(_, pointer)| !known.contains(pointer)).collect();
     made.sort_unstable_by_key(|(_, pointer)| *pointer);
-    for (pointee, pointer) in made.split_off(known.min(made.len())) {
+    for (pointee, pointer) in made {
         let operands = vec![Operand::StorageClass(StorageClass::Function), Operand::IdRef(pointee)];
         module.types_global_values.push(Instruction::new(Op::TypePointer, None, Some(pointer), operands));
     }
     module.header.iter_mut().for_each(|header| header.bound = ids.bound);
+    Ok(())
 }
 
 /// New ids, and the pointers to variables of functions by what they point at.
@@ -84,39 +86,49 @@ fn jumps_to(block: &Block, target: Word) -> bool {
     last.is_some_and(|last| last.operands.iter().any(|operand| operand.id_ref_any() == Some(target)))
 }
 
-/// Whether a block is the header of a loop with more at its end than a jump.
+/// Whether a block is the header of a loop that hands something on, or whose last block does more than jump back.
 fn decides_at_its_end(function: &Function) -> impl Fn(&Block) -> bool {
-    let jumps: Vec<Word> =
-        function.blocks.iter().filter(|block| block.instructions.len() == 1).filter_map(label).collect();
+    let jumps: HashMap<Word, Word> = function
+        .blocks
+        .iter()
+        .filter_map(|block| match &block.instructions[..] {
+            [only] if only.class.opcode == Op::Branch => Some((label(block)?, id_operand(only, 0)?)),
+            _ => None,
+        })
+        .collect();
     move |block| {
         let hands_on = block.instructions.iter().any(|i| i.class.opcode == Op::Phi);
         let last = merge(block).and_then(|merge| id_operand(merge, 1));
-        last.is_some_and(|last| hands_on || !jumps.contains(&last))
+        last.is_some_and(|last| hands_on || jumps.get(&last).copied() != label(block))
     }
 }
 
-fn rewrite(function: &mut Function, header: usize, ids: &mut Ids) {
-    let Some(header_id) = label(&function.blocks[header]) else { return };
-    let again = ids.fresh();
-    let last = (header..function.blocks.len()).rev().find(|&at| jumps_to(&function.blocks[at], header_id));
+fn rewrite(function: &mut Function, header: usize, ids: &mut Ids) -> Result<(), String> {
+    let of = &function.blocks[header];
+    let (header_id, last_id) =
+        label(of).zip(merge(of).and_then(|merge| id_operand(merge, 1))).ok_or("a loop has no end")?;
+    let all_that_jump = |to: Word| (0..function.blocks.len()).filter(move |&at| jumps_to(&function.blocks[at], to));
+    let back: Vec<usize> = all_that_jump(header_id).filter(|&at| at >= header).collect();
+    let &[last] = &back[..] else { return Err(format!("a loop has {} ways back", back.len())) };
+    // several would have to stay jumps to the end of the loop, which this block is no more
+    if last_id != header_id && all_that_jump(last_id).count() != 1 {
+        return Err("several blocks of a loop go on with its next round".to_owned());
+    }
     hand_on(function, header, ids);
-    for at in header..function.blocks.len() {
-        let Some(end) = function.blocks[at].instructions.last_mut() else { continue };
-        for operand in &mut end.operands {
-            if *operand == Operand::IdRef(header_id) {
-                *operand = Operand::IdRef(again);
-            }
-        }
-    }
-    for i in &mut function.blocks[header].instructions {
-        if i.class.opcode == Op::LoopMerge {
-            i.operands[1] = Operand::IdRef(again);
-        }
-    }
+    let again = ids.fresh();
+    let redirect = |i: &mut Instruction, from: Word| {
+        i.operands
+            .iter_mut()
+            .filter(|operand| **operand == Operand::IdRef(from))
+            .for_each(|operand| *operand = Operand::IdRef(again));
+    };
+    function.blocks[last].instructions.iter_mut().rev().take(1).for_each(|i| redirect(i, header_id));
+    let merges = function.blocks[header].instructions.iter_mut().filter(|i| i.class.opcode == Op::LoopMerge);
+    merges.for_each(|i| i.operands[1] = Operand::IdRef(again));
     let jump = Instruction::new(Op::Branch, None, None, vec![Operand::IdRef(header_id)]);
-    let block =
-        Block { label: Some(Instruction::new(Op::Label, None, Some(again), Vec::new())), instructions: vec![jump] };
-    function.blocks.insert(last.map_or(header, |last| last) + 1, block);
+    let label = Instruction::new(Op::Label, None, Some(again), Vec::new());
+    function.blocks.insert(last + 1, Block { label: Some(label), instructions: vec![jump] });
+    Ok(())
 }
 
 /// Replaces what the rounds of a loop begin with by variables.
@@ -159,9 +171,8 @@ mod tests {
     use rspirv::dr::Builder;
     use rspirv::spirv::{FunctionControl, LoopControl};
 
-    /// Two numbers that change places in each round of a loop whose last block decides, as spirv-opt leaves loops.
-    #[test]
-    fn what_a_round_hands_on_goes_through_variables() {
+    /// A loop whose last block decides, as spirv-opt leaves loops: two numbers change places in each round, if the loop hands them on.
+    fn a_loop(hands_on: bool) -> (Module, [Word; 6]) {
         let mut b = Builder::new();
         let (void, number, truth) = (b.type_void(), b.type_int(32, 0), b.type_bool());
         let [zero, one] = [0, 1].map(|value| b.constant_bit32(number, value));
@@ -172,8 +183,10 @@ mod tests {
         b.begin_block(Some(before)).expect("begins");
         b.branch(header).expect("ends");
         b.begin_block(Some(header)).expect("begins");
-        b.phi(number, Some(x), [(zero, before), (y, last)]).expect("a phi");
-        b.phi(number, Some(y), [(one, before), (x, last)]).expect("a phi");
+        if hands_on {
+            b.phi(number, Some(x), [(zero, before), (y, last)]).expect("a phi");
+            b.phi(number, Some(y), [(one, before), (x, last)]).expect("a phi");
+        }
         b.loop_merge(after, last, LoopControl::NONE, []).expect("a merge");
         b.branch(last).expect("ends");
         b.begin_block(Some(last)).expect("begins");
@@ -181,9 +194,13 @@ mod tests {
         b.begin_block(Some(after)).expect("begins");
         b.ret().expect("ends");
         b.end_function().expect("ends");
-        let mut module = b.module();
-        hand_on_by_variables(&mut module);
+        (b.module(), [before, header, last, after, x, y])
+    }
 
+    #[test]
+    fn what_a_round_hands_on_goes_through_variables() {
+        let (mut module, [_, header, _, after, x, y]) = a_loop(true);
+        hand_on_by_variables(&mut module).expect("rewritten");
         let blocks = &module.functions[0].blocks;
         let opcodes = |at: usize| blocks[at].instructions.iter().map(|i| i.class.opcode).collect::<Vec<_>>();
         assert_eq!(opcodes(0), [Op::Variable, Op::Variable, Op::Store, Op::Store, Op::Branch]);
@@ -203,5 +220,27 @@ mod tests {
         // one pointer for both, declared once
         let declared = module.types_global_values.iter().filter(|i| i.class.opcode == Op::TypePointer).count();
         assert_eq!(declared, 1);
+    }
+
+    #[test]
+    fn a_last_block_that_decides_is_seen_without_values() {
+        let (mut module, [_, header, _, after, ..]) = a_loop(false);
+        hand_on_by_variables(&mut module).expect("rewritten");
+        let blocks = &module.functions[0].blocks;
+        let again = label(&blocks[3]).expect("a label");
+        assert!(jumps_to(&blocks[2], again) && jumps_to(&blocks[2], after) && jumps_to(&blocks[3], header));
+        // and once is enough
+        let before = module.functions[0].blocks.len();
+        hand_on_by_variables(&mut module).expect("nothing to do");
+        assert_eq!(module.functions[0].blocks.len(), before);
+    }
+
+    #[test]
+    fn a_last_block_that_is_reached_twice_is_refused() {
+        let (mut module, [_, _, last, ..]) = a_loop(true);
+        let other = Instruction::new(Op::Branch, None, None, vec![Operand::IdRef(last)]);
+        let label = Instruction::new(Op::Label, None, Some(900), Vec::new());
+        module.functions[0].blocks.push(Block { label: Some(label), instructions: vec![other] });
+        assert!(hand_on_by_variables(&mut module).unwrap_err().contains("several blocks"));
     }
 }

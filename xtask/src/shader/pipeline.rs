@@ -1,4 +1,4 @@
-//! From source to finished modules in memory: compile, post-pass, canonical form, optimise, canonical form, validate.
+//! From source to finished modules in memory: compile, post-pass, canonical form, optimise, rewrite for naga (`fast`), canonical form, validate.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -55,7 +55,7 @@ pub fn finish_module(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     let mut module = module::parse(&optimised).map_err(at)?;
     if entry.flavour == Flavour::Fast {
         inserts::make_whole(&mut module);
-        loops::hand_on_by_variables(&mut module);
+        loops::hand_on_by_variables(&mut module).map_err(at)?;
     }
     canonical::canonicalise(&mut module);
     let finished = module::assemble(&module);

@@ -5,7 +5,7 @@ use restir_host::language::{Language, Parsed};
 /// A text of more bytes for each byte of its module is of no use: naga has written some expression again and again.
 const LONGEST: usize = 5;
 
-/// What naga names the variable that tells the first round of a loop from others, in which it writes the end of the round before.
+/// naga's name for the variable that is true in the first round only. naga declares it when it moves the end of a round to the start of the next one.
 const MOVED: &str = "loop_init";
 
 /// Findings as sentences: at most one a language.
