@@ -107,7 +107,8 @@ fn rewrite(function: &mut Function, header: usize, ids: &mut Ids) -> Result<(), 
     let of = &function.blocks[header];
     let (header_id, last_id) =
         label(of).zip(merge(of).and_then(|merge| id_operand(merge, 1))).ok_or("a loop has no end")?;
-    let all_that_jump = |to: Word| (0..function.blocks.len()).filter(move |&at| jumps_to(&function.blocks[at], to));
+    let blocks = &function.blocks;
+    let all_that_jump = |to: Word| (0..blocks.len()).filter(move |&at| jumps_to(&blocks[at], to));
     let back: Vec<usize> = all_that_jump(header_id).filter(|&at| at >= header).collect();
     let &[last] = &back[..] else { return Err(format!("a loop has {} ways back", back.len())) };
     // several would have to stay jumps to the end of the loop, which this block is no more
@@ -126,8 +127,8 @@ fn rewrite(function: &mut Function, header: usize, ids: &mut Ids) -> Result<(), 
     let merges = function.blocks[header].instructions.iter_mut().filter(|i| i.class.opcode == Op::LoopMerge);
     merges.for_each(|i| i.operands[1] = Operand::IdRef(again));
     let jump = Instruction::new(Op::Branch, None, None, vec![Operand::IdRef(header_id)]);
-    let label = Instruction::new(Op::Label, None, Some(again), Vec::new());
-    function.blocks.insert(last + 1, Block { label: Some(label), instructions: vec![jump] });
+    let begin = Instruction::new(Op::Label, None, Some(again), Vec::new());
+    function.blocks.insert(last + 1, Block { label: Some(begin), instructions: vec![jump] });
     Ok(())
 }
 
