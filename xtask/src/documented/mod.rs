@@ -30,8 +30,19 @@ const LONGEST: Duration = Duration::from_secs(150);
 /// What cargo writes before a command of the program.
 const BY_CARGO: &str = "cargo run --release --bin restir -- ";
 /// Subcommands of which a page speaks without meaning a command line.
-const NAMES: [&str; 10] =
-    ["render", "merge", "compare", "explain", "bench", "reference", "info", "export", "figure", "advise"];
+const NAMES: [&str; 11] = [
+    "render",
+    "merge",
+    "compare",
+    "explain",
+    "bench",
+    "reference",
+    "info",
+    "export",
+    "export-plan",
+    "figure",
+    "advise",
+];
 
 /// What to run.
 #[derive(clap::Args)]
