@@ -190,7 +190,7 @@ fn damaged_plans_are_refused() -> Result<(), Failed> {
         (text.replacen("\"stride\":16", "\"stride\":20", 1), "another version of restir"),
         (turns, "does not"),
         (text.replacen("\"frames\": 1", "\"frames\": 4000000000", 1), "frames or passes"),
-        (text.replacen("\"bytes\":", "\"bytes\":9000000000000000", 1), "this plan would take"),
+        (text.replacen("\"bytes\":", "\"bytes\":9000000000000", 1), "this plan would take"),
     ] {
         let folder = written()?;
         std::fs::write(folder.path().join("plan.json"), document)?;
