@@ -150,6 +150,8 @@ def in_browser(folder, plan, query):
             process.wait()
             server.shutdown()
     assert ended, f"{(folder / 'log').read_text()[-2000:]}"
+    if server.said.startswith(("This browser has no WebGPU", "This browser finds no GPU")):
+        pytest.skip(server.said)
     return server.images, server.said
 
 
@@ -188,7 +190,7 @@ def test_python_agrees_in_the_means_of_tiles(scene, in_python, tmp_path):
 
 
 def test_the_browser_agrees_in_the_means_of_tiles(tmp_path):
-    """Chromium's software adapter compiles path tracing in half a minute, and was not waited for with kernels of ReSTIR."""
+    """Chromium's software adapter compiles path tracing in half a minute, and gives up on ReSTIR PT after three."""
     images, said = in_browser(tmp_path / "site", export(tmp_path / "plan", "cornell", ["wgsl"]), "seeds=8")
     assert len(images) == 8 and "of compiling" in said, said
     of_cpu = [on_cpu(tmp_path, "cornell", seed) for seed in range(8)]
