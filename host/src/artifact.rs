@@ -1,6 +1,8 @@
 //! The compiled kernels: where they are, embedded in restir-kernels or in a folder.
 
 use crate::error::{Cause, Error, explained};
+use crate::spirv;
+use restir_kernels::KernelDesc;
 use restir_kernels::spirv::Flavour;
 use std::{borrow::Cow, path::PathBuf};
 
@@ -34,6 +36,18 @@ impl Shaders {
             return Err(broken(format!("the {flavour} {problem}").into()));
         }
         Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+
+    /// [`Self::load`] with the kernel's specialization constants frozen to `constants`, in the order of the descriptor.
+    ///
+    /// # Errors
+    /// As of [`Self::load`].
+    #[doc(hidden)]
+    pub fn specialised(&self, kernel: &KernelDesc, constants: &[u32], flavour: Flavour) -> Result<Vec<u32>, Error> {
+        let words = self.load(kernel.name, flavour)?;
+        let values: Vec<(u32, u32)> = kernel.constants.iter().map(|c| c.id).zip(constants.iter().copied()).collect();
+        let frozen = spirv::freeze(&words, &values);
+        frozen.ok_or_else(|| Error::Module { kernel: kernel.name.to_owned(), source: "it is no SPIR-V".into() })
     }
 
     fn read(&self, name: &str) -> Result<Cow<'static, [u8]>, Cause> {

@@ -212,6 +212,13 @@ impl Pass {
         self.kernel.bindings.iter().skip(1).zip(self.bindings.iter().copied())
     }
 
+    /// How many workgroups cover the grid.
+    #[doc(hidden)]
+    pub fn workgroups(&self) -> [u32; 3] {
+        let [x, y, _] = self.kernel.workgroup;
+        [self.grid[0].div_ceil(x), self.grid[1].div_ceil(y), 1]
+    }
+
     /// Words of an element of a buffer that the pass owns.
     pub(crate) fn own_words(&self, buffer: BufferId) -> Option<usize> {
         let owned = |(binding, id): &(&Binding, BufferId)| binding.access == Access::Own && *id == buffer;

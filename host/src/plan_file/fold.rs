@@ -67,13 +67,12 @@ fn entry(runs: &[(u32, Pass)], kernels: &[Specialised], cameras: &[CameraParams]
     let ids = |role: usize| cycle(&runs.iter().map(|(_, pass)| pass.bindings[role]).collect::<Vec<BufferId>>());
     let buffers: BTreeMap<String, Vec<BufferId>> =
         (0..).zip(first.bindings()).map(|(role, (binding, _))| (binding.name.to_owned(), ids(role))).collect();
-    let [x, y, _] = first.kernel.workgroup;
     Some(PassEntry {
         kernel: kernels.iter().position(|kernel| is_of(first, kernel))?,
         frames: ranges(runs.iter().map(|(frame, _)| *frame)),
         buffers,
         grid: first.grid,
-        workgroups: [first.grid[0].div_ceil(x), first.grid[1].div_ceil(y), 1],
+        workgroups: first.workgroups(),
         params: first.params.clone(),
         changes: fields(first.kernel).into_iter().filter_map(|field| change(field, runs, cameras)).collect(),
     })

@@ -3,7 +3,7 @@
 use crate::exec::Flavour;
 use crate::language::{Language, Parsed};
 use crate::plan_file::Contents;
-use crate::{Error, Shaders, spirv};
+use crate::{Error, Shaders};
 use restir_kernels::KernelDesc;
 
 /// What a kernel is written as.
@@ -47,11 +47,7 @@ pub(super) struct Written {
 /// A kernel with its constants frozen, in each of the forms.
 pub(super) fn write(kernel: &KernelDesc, constants: &[u32], forms: &[Form]) -> Result<Vec<Written>, Error> {
     let broken = |source: String| Error::Module { kernel: kernel.name.to_owned(), source: source.into() };
-    let frozen = |flavour| {
-        let words = Shaders::Embedded.load(kernel.name, flavour)?;
-        let values: Vec<(u32, u32)> = kernel.constants.iter().map(|c| c.id).zip(constants.iter().copied()).collect();
-        spirv::freeze(&words, &values).ok_or_else(|| broken("it is no SPIR-V".to_owned()))
-    };
+    let frozen = |flavour| Shaders::Embedded.specialised(kernel, constants, flavour);
     // read once for all languages
     let mut parsed = None;
     let mut written = |form: &Form| {

@@ -187,8 +187,8 @@ pub(crate) fn dispatch(
 ) {
     compute.set_pipeline(pipeline);
     compute.set_bind_group(0, group, &[]);
-    let [x, y, _] = pass.kernel.workgroup;
-    compute.dispatch_workgroups(pass.grid[0].div_ceil(x), pass.grid[1].div_ceil(y), 1);
+    let [x, y, z] = pass.workgroups();
+    compute.dispatch_workgroups(x, y, z);
 }
 
 /// Makes buffers.

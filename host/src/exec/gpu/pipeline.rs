@@ -150,12 +150,11 @@ impl Pipelines {
 
     /// The module as this device takes it.
     fn words(&self, kernel: &KernelDesc, constants: &[u32]) -> Result<Vec<u32>, Error> {
-        let words = self.shaders.load(kernel.name, self.flavour)?;
-        let values: Vec<(u32, u32)> = kernel.constants.iter().map(|c| c.id).zip(constants.iter().copied()).collect();
+        let words = self.shaders.specialised(kernel, constants, self.flavour)?;
         // naga rejects the modes, and keeps no decoration that they would go with
         let dropped = if self.passthrough { self.dropped_modes.as_slice() } else { &FloatMode::ALL };
-        let words = spirv::freeze(&words, &values).and_then(|words| spirv::strip_modes(&words, dropped));
-        words.ok_or_else(|| Error::Module { kernel: kernel.name.to_owned(), source: "it is no SPIR-V".into() })
+        spirv::strip_modes(&words, dropped)
+            .ok_or_else(|| Error::Module { kernel: kernel.name.to_owned(), source: "it is no SPIR-V".into() })
     }
 }
 
