@@ -6,14 +6,15 @@ use std::process::Command;
 use crate::Error;
 use crate::process::{profile, shell};
 
-/// The programs that commands are of, but for xtask itself.
+/// The programs that commands are of. xtask is the one that runs: cargo would compile it again, in another profile.
 pub(super) struct Programs {
     restir: PathBuf,
     lab: PathBuf,
+    xtask: PathBuf,
 }
 
 impl Programs {
-    /// Builds them.
+    /// Builds those of users.
     pub(super) fn build() -> Result<Self, Error> {
         let mut build = Command::new(env!("CARGO"));
         build.args(["build", "--profile", &profile(), "--locked", "--quiet", "--bin", "restir", "--bin", "lab"]);
@@ -30,15 +31,17 @@ impl Programs {
                 Error::Failed(format!("`{}` gave no program {name}: {complaint}", shell(&build)))
             })
         };
-        Ok(Self { restir: program("restir")?, lab: program("lab")? })
+        let xtask = std::env::current_exe()
+            .map_err(|error| Error::Environment(format!("xtask does not find its own program: {error}")))?;
+        Ok(Self { restir: program("restir")?, lab: program("lab")?, xtask })
     }
 
-    /// What runs these words: a program in the folder, or cargo at the workspace's root.
+    /// What runs these words: a program in the folder, or xtask at the workspace's root.
     pub(super) fn command(&self, words: &[String], folder: &Path) -> Command {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let (program, place, arguments) = match &*words {
             ["cargo", "lab", arguments @ ..] => (&*self.lab, folder, arguments),
-            ["cargo", arguments @ ..] => (Path::new(env!("CARGO")), Path::new("."), arguments),
+            ["cargo", "xtask", arguments @ ..] => (&*self.xtask, Path::new("."), arguments),
             [_, arguments @ ..] => (&*self.restir, folder, arguments),
             [] => (&*self.restir, folder, &[][..]),
         };
@@ -54,7 +57,7 @@ mod tests {
 
     #[test]
     fn each_command_has_its_program() {
-        let programs = Programs { restir: "a/restir".into(), lab: "a/lab".into() };
+        let programs = Programs { restir: "a/restir".into(), lab: "a/lab".into(), xtask: "a/xtask".into() };
         let shown = |line: &str| {
             let words: Vec<String> = line.split(' ').map(str::to_owned).collect();
             let command = programs.command(&words, Path::new("f"));
@@ -63,6 +66,6 @@ mod tests {
         let (folder, root) = (Some(PathBuf::from("f")), Some(PathBuf::from(".")));
         assert_eq!(shown("restir scenes"), ("a/restir scenes".to_owned(), folder.clone()));
         assert_eq!(shown("cargo lab bench x"), ("a/lab bench x".to_owned(), folder));
-        assert_eq!(shown("cargo xtask package"), (format!("{} xtask package", env!("CARGO")), root));
+        assert_eq!(shown("cargo xtask package"), ("a/xtask package".to_owned(), root));
     }
 }
