@@ -1,7 +1,8 @@
 //! What the host knows of a kernel: its descriptor and its native twin.
 
+use restir_shared::geometry::PackedHit;
 use restir_shared::layout::Field;
-use restir_shared::scene::{AnyFrames, Tracer};
+use restir_shared::scene::{AnyFrames, DeferredRay, Tracer};
 use std::fmt;
 
 /// How a kernel uses a binding.
@@ -62,8 +63,58 @@ pub struct KernelDesc {
     pub fields: &'static [Field],
     /// It asks for all points of an object on a segment, which a scene behind a pointer may not know.
     pub probes: bool,
+    /// What rays it traces.
+    pub rays: Rays,
     /// Runs one row of invocations natively.
     pub native: fn(&mut NativeRow<'_>),
+}
+
+impl KernelDesc {
+    /// Whether it asks for its rays ([`DeferredKernel`]).
+    pub fn is_deferred(&self) -> bool {
+        self.bindings.iter().any(|binding| *binding == DeferredKernel::RAYS)
+    }
+}
+
+/// What rays a kernel traces.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub enum Rays {
+    /// None, or not itself.
+    None,
+    /// It traces them itself.
+    Internal,
+    /// It traces them itself, and has a form whose rays are traced elsewhere.
+    Deferrable(&'static DeferredKernel),
+}
+
+impl Rays {
+    /// The form whose rays are traced elsewhere, if there is one.
+    pub const fn deferred(&self) -> Option<&'static DeferredKernel> {
+        match self {
+            Self::Deferrable(kernel) => Some(kernel),
+            Self::None | Self::Internal => None,
+        }
+    }
+}
+
+/// A kernel whose rays are traced elsewhere, see [`restir_shared::scene::Deferred`].
+///
+/// It has the bindings of the other form, then `answers`, in planes of a hit an invocation, and `rays`, of which it has one an invocation.
+/// It runs with `rays` of zeros, then each time that the rays of a round are resolved: those of round n, from 0, into plane n.
+#[derive(Clone, Copy, Debug)]
+pub struct DeferredKernel {
+    /// Its descriptor.
+    pub desc: KernelDesc,
+    /// The most rays that an invocation asks for, of the constants and the parameter block.
+    pub most_rays: fn(&[u32], &[u32]) -> u32,
+}
+
+impl DeferredKernel {
+    /// The binding of hits that are known.
+    pub const ANSWERS: Binding = Binding::new::<PackedHit>("answers", Access::Read);
+    /// The binding of rays that are asked for.
+    pub const RAYS: Binding = Binding::new::<DeferredRay>("rays", Access::Own);
 }
 
 /// A row of the grid or a part of it, for the native twin: `y` is fixed, and x runs over the row.

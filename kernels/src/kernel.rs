@@ -34,8 +34,83 @@
 /// ```
 ///
 /// There `x` is the first invocation, and `film` has the elements of the row. It has variants of its own.
+///
+/// A kernel that asks a scene and traces no ray in it says so by `rays Rays::None` after it.
+///
+/// A kernel whose rays an embedder may trace has a second form with a name of its own, see [`restir_shared::scene::Deferred`]. It is
+/// declared after the scene, with the most rays that an invocation asks for and two more bindings, the hits that are known and the
+/// ray that is asked for:
+///
+/// ```text
+///         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+///         deferred shade_deferred(p.most_rays(features)) { 6: answers, 7: rays },
+/// ```
 macro_rules! kernel {
     (
+        $(#[$doc:meta])*
+        pub fn $name:ident($wx:tt, $wy:tt) {
+            constants { $($constants:tt)* }
+            params $pb:tt : $params:ty,
+            asks $asked:ident($features:expr) { $($arenas:tt)* } $(compiled [$($compiled:tt)*])?,
+            deferred $deferred:ident($most:expr) { $($extra:tt)* },
+            read { $($read:tt)* },
+            own { $($own:tt)* } $(,)?
+        }
+        |$x:ident, $y:ident, $at:ident, $p:ident, $scene:ident| $body:expr
+        $(; simd $($simd:tt)*)?
+    ) => {
+        kernel! {
+            @[$crate::Rays::Deferrable(&DEFERRED)]
+            $(#[$doc])*
+            pub fn $name($wx, $wy) {
+                constants { $($constants)* }
+                params $pb: $params,
+                asks $asked($features) { $($arenas)* } $(compiled [$($compiled)*])?,
+                read { $($read)* },
+                own { $($own)* }
+            }
+            |$x, $y, $at, $p, $scene| $body
+            $(; simd $($simd)*)?
+        }
+
+        deferred_kernel! {
+            /// The same, whose rays somebody else traces.
+            pub fn $deferred($wx, $wy) {
+                constants { $($constants)* }
+                params $pb: $params,
+                asks $asked($features) { $($arenas)* },
+                deferred($most) { $($extra)* },
+                read { $($read)* },
+                own { $($own)* }
+            }
+            |$x, $y, $at, $p, $scene| $body
+        }
+    };
+    (
+        $(#[$doc:meta])*
+        pub fn $name:ident($wx:tt, $wy:tt) {
+            constants { $($constants:tt)* }
+            params $pb:tt : $params:ty,
+            asks $asked:ident($features:expr) { $($arenas:tt)* } $(compiled [$($compiled:tt)*])?,
+            rays $rays:expr,
+            $($rest:tt)*
+        }
+        $($body:tt)*
+    ) => {
+        kernel! {
+            @[$rays]
+            $(#[$doc])*
+            pub fn $name($wx, $wy) {
+                constants { $($constants)* }
+                params $pb: $params,
+                asks $asked($features) { $($arenas)* } $(compiled [$($compiled)*])?,
+                $($rest)*
+            }
+            $($body)*
+        }
+    };
+    (
+        @[$($rays:expr)?]
         $(#[$doc:meta])*
         pub fn $name:ident($wx:tt, $wy:tt) {
             constants { $($spec_id:tt : $spec:ident = $default:tt),* $(,)? }
@@ -119,8 +194,162 @@ macro_rules! kernel {
             ],
             fields: restir_shared::layout::fields_of::<$params>(),
             probes: probes!($($asked)?),
+            rays: rays!([$($rays)?] $($asked)?),
             native,
         };
+    };
+    ($($declaration:tt)*) => {
+        kernel! { @[] $($declaration)* }
+    };
+}
+
+/// The form of a kernel whose rays are traced elsewhere: entry point, native twin and descriptor.
+///
+/// An invocation that lacks an answer leaves its own elements as they were.
+macro_rules! deferred_kernel {
+    (
+        $(#[$doc:meta])*
+        pub fn $name:ident($wx:tt, $wy:tt) {
+            constants { $($spec_id:tt : $spec:ident = $default:tt),* $(,)? }
+            params $pb:tt : $params:ty,
+            asks $asked:ident($features:expr) { $($arena_b:tt : $arena:ident),* $(,)? },
+            deferred($most:expr) { $answers_b:tt : $answers:ident, $rays_b:tt : $rays:ident $(,)? },
+            read { $($rb:tt : $read:ident : $rt:ty),* $(,)? },
+            own { $($ob:tt : $own:ident : $ot:ty),* $(,)? }
+        }
+        |$x:ident, $y:ident, $at:ident, $p:ident, $scene:ident| $body:expr
+    ) => {
+        $(#[$doc])*
+        #[cfg(target_arch = "spirv")]
+        #[spirv_std::spirv(compute(threads($wx, $wy)))]
+        pub fn $name(
+            #[spirv(global_invocation_id)] id: spirv_std::glam::UVec3,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = $pb)] params: &$params,
+            $(
+                #[spirv(storage_buffer, descriptor_set = 0, binding = $arena_b)]
+                $arena: &[restir_shared::glam::UVec4],
+            )*
+            $(#[spirv(storage_buffer, descriptor_set = 0, binding = $rb)] $read: &[$rt],)*
+            $(#[spirv(storage_buffer, descriptor_set = 0, binding = $ob)] $own: &mut [$ot],)*
+            #[spirv(storage_buffer, descriptor_set = 0, binding = $answers_b)]
+            $answers: &[restir_shared::geometry::PackedHit],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = $rays_b)]
+            $rays: &mut [restir_shared::scene::DeferredRay],
+            $(#[spirv(spec_constant(id = $spec_id, default = $default))] $spec: u32,)*
+        ) {
+            let $p = *params;
+            let extent = restir_shared::layout::Extent::extent(&$p);
+            let ($x, $y) = (id.x, id.y);
+            if $x < extent[0] && $y < extent[1] {
+                let $at = ($y * extent[0] + $x) as usize;
+                let memory = scratch!($x, $y, $wx, $wy);
+                deferred_invocation! {
+                    over_arenas!($asked, $p, $features, [$($arena),*], [memory; 2]),
+                    (&memory, $answers, $rays, $at, ($at as u32, extent)),
+                    own [$($own),*], |$scene| $body
+                }
+            }
+        }
+
+        #[cfg(not(target_arch = "spirv"))]
+        fn native_deferred(row: &mut $crate::NativeRow<'_>) {
+            let $p: $params = *bytemuck::from_bytes(bytemuck::cast_slice(row.params));
+            let mut _constants = row.constants.iter().copied();
+            $(let $spec: u32 = _constants.next().unwrap_or($default);)*
+            let mut read = row.read.iter().copied();
+            $(let $arena: &[restir_shared::glam::UVec4] = bytemuck::cast_slice(read.next().unwrap_or_default());)*
+            $(let $read: &[$rt] = bytemuck::cast_slice(read.next().unwrap_or_default());)*
+            let $answers: &[restir_shared::geometry::PackedHit] = bytemuck::cast_slice(read.next().unwrap_or_default());
+            let mut own = row.own.iter_mut();
+            $(let $own: &mut [$ot] = own.next().map_or(&mut [], |o| bytemuck::cast_slice_mut(o));)*
+            let $rays: &mut [restir_shared::scene::DeferredRay] =
+                own.next().map_or(&mut [], |o| bytemuck::cast_slice_mut(o));
+            let extent = restir_shared::layout::Extent::extent(&$p);
+            let memory = core::cell::Cell::default();
+            let $y = row.y;
+            for $x in row.x..row.x + row.width {
+                let $at = ($x - row.x) as usize;
+                deferred_invocation! {
+                    over_arenas!($asked, $p, $features, [$($arena),*], row.tracers),
+                    (&memory, $answers, $rays, $at, ($y * extent[0] + $x, extent)),
+                    own [$($own),*], |$scene| $body
+                }
+            }
+        }
+
+        #[cfg(not(target_arch = "spirv"))]
+        fn most_rays(constants: &[u32], params: &[u32]) -> u32 {
+            let $p: $params = *bytemuck::from_bytes(bytemuck::cast_slice(params));
+            let mut constants = constants.iter().copied();
+            $(let $spec: u32 = constants.next().unwrap_or($default);)*
+            let _ = (&$p, $($spec),*);
+            $most
+        }
+
+        /// The form of the kernel whose rays are traced elsewhere.
+        #[cfg(not(target_arch = "spirv"))]
+        pub const DEFERRED: $crate::DeferredKernel = $crate::DeferredKernel {
+            desc: $crate::KernelDesc {
+                name: stringify!($name),
+                workgroup: [$wx, $wy, 1],
+                constants: &[$($crate::Constant { name: stringify!($spec), id: $spec_id, default: $default }),*],
+                bindings: &[
+                    $crate::Binding::new::<$params>("params", $crate::Access::Params),
+                    $(
+                        $crate::Binding::new::<restir_shared::glam::UVec4>(stringify!($arena), $crate::Access::Read),
+                    )*
+                    $($crate::Binding::new::<$rt>(stringify!($read), $crate::Access::Read),)*
+                    $($crate::Binding::new::<$ot>(stringify!($own), $crate::Access::Own),)*
+                    $crate::DeferredKernel::ANSWERS,
+                    $crate::DeferredKernel::RAYS,
+                ],
+                fields: restir_shared::layout::fields_of::<$params>(),
+                probes: probes!($asked),
+                rays: $crate::Rays::None,
+                native: native_deferred,
+            },
+            most_rays,
+        };
+    };
+}
+
+/// Runs an invocation as far as its answers reach.
+macro_rules! deferred_invocation {
+    (
+        $made:expr, ($memory:expr, $answers:ident, $rays:ident, $at:ident, ($index:expr, $extent:ident)),
+        own [$($own:ident),*], |$scene:ident| $body:expr
+    ) => {
+        let asked = $rays[$at];
+        if !asked.is_finished() {
+            let known = restir_shared::scene::KnownHits {
+                planes: $answers,
+                index: $index,
+                stride: $extent[0] * $extent[1],
+                known: asked.known(),
+            };
+            let before = ($($own[$at],)*);
+            let $scene = restir_shared::scene::Deferred::new($made, known, memory_of!($memory));
+            $body;
+            let next = restir_shared::scene::DeferredRay::after(memory_of!($memory), known.known);
+            if !next.is_finished() {
+                ($($own[$at],)*) = before;
+            }
+            $rays[$at] = next;
+        }
+    };
+}
+
+/// What an invocation of a deferred kernel keeps its requests in.
+#[cfg(target_arch = "spirv")]
+macro_rules! memory_of {
+    ($memory:expr) => {
+        *$memory
+    };
+}
+#[cfg(not(target_arch = "spirv"))]
+macro_rules! memory_of {
+    ($memory:expr) => {
+        $memory
     };
 }
 
@@ -254,6 +483,19 @@ macro_rules! probes {
     };
 }
 
+/// What rays a kernel traces: what its declaration says, else any, if it asks a scene.
+macro_rules! rays {
+    ([$rays:expr] $($asked:ident)?) => {
+        $rays
+    };
+    ([] $asked:ident) => {
+        $crate::Rays::Internal
+    };
+    ([]) => {
+        $crate::Rays::None
+    };
+}
+
 /// Declares the modules of a folder's kernels, and the list of their descriptors.
 macro_rules! kernels {
     ($($(#[$attribute:meta])* $name:ident),* $(,)?) => {
@@ -270,10 +512,12 @@ macro_rules! folders {
     ($($(#[$attribute:meta])* $name:ident),* $(,)?) => {
         $($(#[$attribute])* pub mod $name;)*
 
-        /// Every kernel.
+        /// Every kernel, then the forms of some whose rays are traced elsewhere.
         #[cfg(not(target_arch = "spirv"))]
         pub fn all() -> Vec<&'static KernelDesc> {
-            [$($name::KERNELS),*].concat()
+            let kernels = [$($name::KERNELS),*].concat();
+            let deferred = kernels.iter().filter_map(|kernel| Some(&kernel.rays.deferred()?.desc));
+            kernels.iter().copied().chain(deferred).collect()
         }
     };
 }

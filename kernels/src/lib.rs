@@ -45,7 +45,7 @@ pub mod spirv;
 #[cfg(feature = "cases")]
 pub use case::Case;
 #[cfg(not(target_arch = "spirv"))]
-pub use desc::{Access, Binding, Constant, KernelDesc, NativeRow};
+pub use desc::{Access, Binding, Constant, DeferredKernel, KernelDesc, NativeRow, Rays};
 #[cfg(not(target_arch = "spirv"))]
 pub use simd::{Avx512, SimdLevel};
 

@@ -2,7 +2,7 @@
 //! techniques, one row of settings after the other.
 
 use crate::capture::{Capture, captured};
-use crate::crossings;
+use crate::{crossings, deferral};
 use crate::parity::{POISON, run};
 use crate::scenes::buffers;
 use crate::technique::{DENOISED, Row, Trials};
@@ -112,6 +112,9 @@ fn of_row<'a>(name: &str, frozen: bool, plans: impl IntoIterator<Item = FramePla
         if frozen {
             let constants = capture.pass.constants.clone();
             cases.push(Case { name: format!("{name}, frozen"), constants, ..general.clone() });
+            if let Some(form) = capture.pass.kernel.rays.deferred() {
+                cases.extend(deferral::cases(name, capture, form)?);
+            }
         }
         cases.push(general);
     }

@@ -12,6 +12,7 @@ pub mod chain;
 pub mod coincident;
 pub mod crossings;
 pub mod data;
+pub mod deferral;
 pub mod device;
 pub mod features;
 pub mod fingerprint;

@@ -78,6 +78,7 @@ const WORDS: &[(&str, &[u8])] = &[
     ("indices", b"i"),
     ("requests", b"ii"),
     ("results", FILM),
+    ("rays", b"fffffffiiiii"),
     ("origins", b"fiffffff"),
     ("surfaces", b"fffffffi"),
     ("seen", b"fiffffff"),

@@ -36,7 +36,7 @@ mod triangles;
 use crate::bvh::{self, Bounds, Bvh, Effort};
 use crate::scene::{Camera, Scene};
 use crate::{Error, memory, wide_bvh::WideBvh};
-use glam::{DVec3, UVec4};
+use glam::{DVec3, UVec4, Vec3};
 use restir_shared::layout::{
     LIGHT_TRIANGLE, NODE_WORDS, NONE, SHADING_WORDS, SceneHeader, TRIANGLE_ALPHA, TRIANGLE_WORDS,
 };
@@ -289,6 +289,18 @@ impl SceneBuffers {
             features: self.features,
             tracer: None,
         }
+    }
+
+    /// The corners of all triangles, in the order of the numbers that hits have: for who traces rays in a tree of his own.
+    pub fn triangles(&self) -> impl ExactSizeIterator<Item = [Vec3; 3]> + '_ {
+        let view = self.view();
+        (0..view.header.triangle_count).map(move |triangle| {
+            let at = (view.header.triangle_base + triangle * TRIANGLE_WORDS) as usize;
+            [0, 1, 2].map(|corner| {
+                let [x, y, z, _] = view.geometry[at + corner].to_array().map(f32::from_bits);
+                Vec3::new(x, y, z)
+            })
+        })
     }
 
     /// A tree for the CPU, which finds the hits of [`Self::view`] two to three times as fast. It is built on the first

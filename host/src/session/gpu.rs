@@ -21,14 +21,16 @@ pub type GpuSession = Session<Gpu>;
 /// A device of wgpu as that of a session.
 #[derive(Debug)]
 pub struct Gpu {
-    device: wgpu::Device,
-    pipelines: Pipelines,
-    buffers: Vec<wgpu::Buffer>,
+    pub(super) device: wgpu::Device,
+    pub(super) pipelines: Pipelines,
+    pub(super) buffers: Vec<wgpu::Buffer>,
+    /// Of frames whose rays the renderer traces: their answers, and the rays.
+    pub(super) rays: Vec<wgpu::Buffer>,
     /// The parameters of each pass of a frame, by kernel and how often it came before.
     params: HashMap<(&'static str, usize), wgpu::Buffer>,
     groups: HashMap<Bound, wgpu::BindGroup>,
     /// The passes of the last frame, without what it uploaded, each with the number of those of its kernel that come before it.
-    last: Vec<(Pass, usize)>,
+    pub(super) last: Vec<(Pass, usize)>,
 }
 
 /// A kernel with its constants, how often it came before in the frame, and its buffers.
@@ -41,6 +43,7 @@ impl Device for Gpu {
         let kept = if keep_arenas { ARENAS.len() } else { 0 };
         let made = guarded(&self.device, || allocate(&self.device, &buffers[kept..]))?;
         self.groups.clear();
+        self.rays.clear();
         self.buffers.truncate(kept);
         self.buffers.extend(made);
         Ok(())
@@ -53,7 +56,7 @@ impl Device for Gpu {
 
 impl Gpu {
     /// Where the parameters of a pass are.
-    fn params(&mut self, kernel: &KernelDesc, before: usize) -> wgpu::Buffer {
+    pub(super) fn params(&mut self, kernel: &KernelDesc, before: usize) -> wgpu::Buffer {
         let device = &self.device;
         let make = || {
             device.create_buffer(&wgpu::BufferDescriptor {
@@ -82,7 +85,7 @@ impl Gpu {
 
     /// Copies what the frame needs, out of a buffer that lives until the device has done so: writes by the queue would come before all
     /// of a submission, and overtake frames that were recorded earlier.
-    fn upload(&mut self, encoder: &mut wgpu::CommandEncoder, passes: &[(Pass, usize)]) {
+    pub(super) fn upload(&mut self, encoder: &mut wgpu::CommandEncoder, passes: &[(Pass, usize)]) {
         let mut words: Vec<u32> = Vec::new();
         let mut copies = Vec::new();
         for upload in passes.iter().filter_map(|(pass, _)| pass.frame.as_ref()).flat_map(|frame| &frame.uploads) {
@@ -113,7 +116,7 @@ impl Gpu {
         Ok(())
     }
 
-    fn dispatch(&mut self, encoder: &mut wgpu::CommandEncoder, passes: &[(Pass, usize)]) -> Result<(), Error> {
+    pub(super) fn dispatch(&mut self, encoder: &mut wgpu::CommandEncoder, passes: &[(Pass, usize)]) -> Result<(), Error> {
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         for (pass, before) in passes {
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
@@ -124,7 +127,7 @@ impl Gpu {
 }
 
 /// Each pass with the number of those of its kernel that come before it.
-fn numbered(passes: Vec<Pass>) -> Vec<(Pass, usize)> {
+pub(super) fn numbered(passes: Vec<Pass>) -> Vec<(Pass, usize)> {
     let mut counts: HashMap<&'static str, usize> = HashMap::new();
     let number = |pass: Pass| {
         let count = counts.entry(pass.kernel.name).or_default();
@@ -149,6 +152,7 @@ impl GpuSession {
             device: device.clone(),
             pipelines,
             buffers: Vec::new(),
+            rays: Vec::new(),
             params: HashMap::new(),
             groups: HashMap::new(),
             last: Vec::new(),
@@ -233,6 +237,6 @@ impl GpuSession {
     /// Bytes of the device's memory that the session holds between frames.
     #[doc(hidden)]
     pub fn bytes(&self) -> u64 {
-        self.device.buffers.iter().chain(self.device.params.values()).map(wgpu::Buffer::size).sum()
+        self.device.buffers.iter().chain(&self.device.rays).chain(self.device.params.values()).map(wgpu::Buffer::size).sum()
     }
 }

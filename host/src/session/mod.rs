@@ -25,9 +25,13 @@
 
 mod cpu;
 #[cfg(feature = "gpu")]
+mod deferred;
+#[cfg(feature = "gpu")]
 mod gpu;
 
 pub use cpu::CpuSession;
+#[cfg(feature = "gpu")]
+pub use deferred::RayRound;
 #[cfg(feature = "gpu")]
 pub use gpu::GpuSession;
 

@@ -12,6 +12,7 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff, 2: block = 0xffff_ffff }
         params 0: PathParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels } compiled [FEATURES_DIFFUSE],
+        deferred path_deferred(p.specialised(settings).in_blocks(block).most_rays()) { 5: answers, 6: rays },
         read {},
         own { 4: film: FilmPixel },
     }

@@ -10,6 +10,7 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
         asks frames(features) { 1: geometry, 2: attributes, 3: texels },
+        deferred di_combine_deferred(p.specialised(settings).most_rays_of_combine(features)) { 8: answers, 9: rays },
         read { 4: hits: PackedHit, 5: other_hits: PackedHit, 6: others: PackedReservoir },
         own { 7: reservoirs: PackedReservoir },
     }

@@ -8,6 +8,7 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        deferred di_offer_deferred(p.specialised(settings).most_rays_of_shade(features)) { 7: answers, 8: rays },
         read { 4: hits: PackedHit, 5: reservoirs: PackedReservoir },
         own { 6: points: DiPoint },
     }

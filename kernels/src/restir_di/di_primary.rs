@@ -10,6 +10,7 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        rays crate::Rays::Deferrable(&super::di_primary_deferred::DEFERRED),
         read {},
         own { 4: hits: PackedHit },
     }

@@ -8,6 +8,7 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: TileParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        rays crate::Rays::None,
         read {},
         own { 4: tiles: TileWords },
     }

@@ -8,6 +8,9 @@
 //! assert_eq!(frame, ["di_initial", "di_combine", "di_shade"]);
 //! ```
 
+// it is listed by way of di_primary
+pub mod di_primary_deferred;
+
 kernels! {
     di_combine,
     di_exchange,

@@ -9,6 +9,7 @@ kernel! {
         constants { 0: settings = 0xffff_ffff }
         params 0: PtParams,
         asks frames(FEATURES_ALL) { 1: geometry, 2: attributes },
+        rays crate::Rays::None,
         read {},
         own { 3: reservoirs: PackedPath },
     }

@@ -8,6 +8,7 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: PtParams,
         asks frames(features) { 1: geometry, 2: attributes, 3: texels },
+        deferred pt_retrace_deferred(p.most_rays_of_shift()) { 6: answers, 7: rays },
         read { 4: reservoirs: PackedPath },
         own { 5: retraced: PackedPath },
     }

@@ -11,6 +11,7 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: PtParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        deferred pt_trace_deferred(p.most_rays_of_path()) { 8: answers, 9: rays },
         read {},
         own { 4: origins: PathOrigin, 5: surfaces: PackedSurface, 6: reservoirs: PackedPath, 7: direct: FilmPixel },
     }

@@ -9,6 +9,7 @@ kernel! {
         constants {}
         params 0: SssParams,
         asks frames(FEATURES_ALL) { 1: attributes },
+        rays crate::Rays::None,
         read {},
         own { 2: reservoirs: PackedSubsurface },
     }

@@ -10,6 +10,7 @@ kernel! {
         constants {}
         params 0: SuffixParams,
         asks scene(FEATURES_ALL) { 1: geometry },
+        rays crate::Rays::None,
         read { 2: ends: PathOrigin, 3: points: PrefixPoint, 4: order: u32, 5: starts: u32 },
         own { 6: nearest: Nearest },
     }

@@ -10,6 +10,7 @@ kernel! {
         constants {}
         params 0: SuffixParams,
         asks scene(FEATURES_ALL) { 1: geometry },
+        rays crate::Rays::None,
         read { 2: origins: PathOrigin },
         own { 3: points: PrefixPoint, 4: words: u32 },
     }

@@ -17,13 +17,17 @@ kernels! {
 
 /// The kernel that answers requests for shifts of a kind of [`Record`](restir_shared::resample::mutual::Record).
 macro_rules! shift_kernel {
-    ($name:ident of $record:ty, with $params:ty, from $origin:ty, asks $asked:ident) => {
+    (
+        $name:ident of $record:ty, with $params:ty, from $origin:ty, asks $asked:ident
+        $(, deferred $deferred:ident(|$p:ident| $most:expr))?
+    ) => {
         kernel! {
             /// Answers each request: what its sample is where it is shifted to.
             pub fn $name(8, 8) {
                 constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
                 params 0: $params,
                 asks $asked(features) { 1: geometry, 2: attributes, 3: texels },
+                $(deferred $deferred({ let $p = p; $most }) { 8: answers, 9: rays },)?
                 read {
                     4: requests: restir_shared::resample::mutual::ShiftRequest,
                     5: origins: $origin,

@@ -11,6 +11,7 @@ kernel! {
         constants {}
         params 0: ReuseParams,
         asks frames(FEATURES_ALL) { 1: geometry },
+        rays crate::Rays::None,
         read { 2: origins: AnyOrigin, 3: other_surfaces: PackedSurface },
         own { 4: requests: ShiftRequest },
     }

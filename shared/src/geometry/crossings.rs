@@ -3,6 +3,8 @@
 use super::Hit;
 use super::ring::Scratch;
 #[cfg(target_arch = "spirv")]
+use super::workgroup;
+#[cfg(target_arch = "spirv")]
 use glam::Vec2;
 
 /// Where a segment meets an object: how often, and the hits that come first.
@@ -132,36 +134,22 @@ impl Crossings {
         if index >= self.held() {
             return Hit::MISS;
         }
-        let word = |component: u32| access(self.slot(index, component), 0, false);
+        let word = |component: u32| self.access(index, component, 0, false);
         Hit { t: f32::from_bits(word(0)), id: word(1), uv: Vec2::new(f32::from_bits(word(2)), f32::from_bits(word(3))) }
     }
 
     #[inline(always)]
     fn list(&mut self, index: usize, hit: &Hit) {
-        access(self.slot(index, 0), hit.t.to_bits(), true);
-        access(self.slot(index, 1), hit.id, true);
-        access(self.slot(index, 2), hit.uv.x.to_bits(), true);
-        access(self.slot(index, 3), hit.uv.y.to_bits(), true);
+        self.access(index, 0, hit.t.to_bits(), true);
+        self.access(index, 1, hit.id, true);
+        self.access(index, 2, hit.uv.x.to_bits(), true);
+        self.access(index, 3, hit.uv.y.to_bits(), true);
     }
 
-    /// Of a word of the hit at a place of the list. Invocations next to each other have words next to each other.
+    /// Reads a word of the hit at a place of the list; if it `writes`, it puts another one there.
     #[inline(always)]
-    fn slot(&self, index: usize, component: u32) -> u32 {
-        (index as u32 * 4 + component) * Scratch::INVOCATIONS + self.memory.invocation
-    }
-}
-
-/// Reads the word of a slot in memory of the workgroup; if it `writes`, it puts another one there.
-#[cfg(target_arch = "spirv")]
-fn access(slot: u32, word: u32, writes: bool) -> u32 {
-    let lists: *mut [u32; Crossings::LISTED * 4 * Scratch::INVOCATIONS as usize];
-    // SAFETY: a variable of the type that its name has here; invocations use different slots, as kernels have no larger workgroups
-    unsafe {
-        core::arch::asm!("{lists} = OpVariable typeof{lists} Workgroup", lists = out(reg) lists);
-        let stood = (*lists)[slot as usize];
-        if writes {
-            (*lists)[slot as usize] = word;
-        }
-        stood
+    fn access(&self, index: usize, component: u32, word: u32, writes: bool) -> u32 {
+        const WORDS: usize = Crossings::LISTED * 4 * Scratch::INVOCATIONS as usize;
+        workgroup::access::<WORDS>(self.memory.invocation, index as u32 * 4 + component, word, writes)
     }
 }

@@ -31,6 +31,8 @@ mod pending;
 mod ring;
 mod traverse;
 mod triangle;
+#[cfg(target_arch = "spirv")]
+pub(crate) mod workgroup;
 
 pub use coverage::{Coverage, Solid};
 pub use crossings::Crossings;

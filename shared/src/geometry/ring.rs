@@ -3,6 +3,9 @@
 //! An invocation reads only slots that it has written before in the same traversal, and no slot of another one. So neither what the memory held
 //! before nor the order in which invocations run changes a bit.
 
+#[cfg(target_arch = "spirv")]
+use super::workgroup;
+
 /// Slots.
 pub(super) const SLOTS: u32 = 8;
 
@@ -54,20 +57,7 @@ impl Ring {
     /// Writes a word where `at` falls in the ring; what stood there.
     #[inline(always)]
     pub(super) fn exchange(&mut self, at: u32, word: u32) -> u32 {
-        exchange_in_workgroup((at % SLOTS) * Scratch::INVOCATIONS + self.0.invocation, word)
-    }
-}
-
-/// Writes a word into the memory of the workgroup; what stood there.
-///
-/// Entry points can be given such memory as an argument, but no structure can hold the reference, and so no scene. Beside the rings nothing
-/// uses it.
-#[cfg(target_arch = "spirv")]
-fn exchange_in_workgroup(slot: u32, word: u32) -> u32 {
-    let rings: *mut [u32; (SLOTS * Scratch::INVOCATIONS) as usize];
-    // SAFETY: a variable of the type that its name has here; invocations use different slots, as kernels have no larger workgroups
-    unsafe {
-        core::arch::asm!("{rings} = OpVariable typeof{rings} Workgroup", rings = out(reg) rings);
-        core::mem::replace(&mut (*rings)[slot as usize], word)
+        const WORDS: usize = (SLOTS * Scratch::INVOCATIONS) as usize;
+        workgroup::access::<WORDS>(self.0.invocation, at % SLOTS, word, true)
     }
 }

@@ -70,6 +70,8 @@
 #[cfg(not(target_arch = "spirv"))]
 mod any;
 mod coverage;
+mod deferred;
+mod delegate;
 mod environment;
 mod frames;
 mod light;
@@ -85,6 +87,11 @@ pub use any::{AnyFrames, AnyScene};
 #[cfg(not(target_arch = "spirv"))]
 #[doc(hidden)]
 pub use any::{AnyProbed, ProbedFrames};
+#[cfg(not(target_arch = "spirv"))]
+pub use deferred::Asked;
+#[doc(hidden)]
+pub use deferred::Memory;
+pub use deferred::{Deferred, DeferredRay, KnownHits};
 pub use frames::SceneFrames;
 #[cfg(not(target_arch = "spirv"))]
 pub use still::Probed;

@@ -44,6 +44,8 @@ pub use connect::{connect_inside, passes};
 #[doc(hidden)]
 pub use interior::{absorbs, through_interior};
 #[doc(hidden)]
+#[cfg(not(target_arch = "spirv"))]
+pub(crate) use passage::MAX_STRETCHES;
 pub use passage::{Passage, follow, transmittance};
 #[doc(hidden)]
 pub use single_scattering::{Collision, ScatteredOnce, WayOut, scatter_once};

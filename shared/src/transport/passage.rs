@@ -9,6 +9,9 @@ use glam::Vec3;
 
 /// A way passes at most as many sheets of glass: what lies behind more is not seen.
 const MAX_SHEETS: u32 = 12;
+/// The most stretches of a way, each of which is a ray.
+#[cfg(not(target_arch = "spirv"))]
+pub(crate) const MAX_STRETCHES: u32 = MAX_SHEETS + 1;
 
 /// A straight way to the first surface that lets nothing through.
 #[derive(Debug)]

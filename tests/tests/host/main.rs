@@ -1,5 +1,6 @@
 //! What the host makes of scenes: renders, sessions, files.
 
+mod deferred;
 mod dim;
 mod far;
 mod foreign;
@@ -11,4 +12,4 @@ mod posed;
 mod reported;
 mod session;
 
-restir_tests::suites! { dim far foreign frames gltf parts plans posed reported session }
+restir_tests::suites! { deferred dim far foreign frames gltf parts plans posed reported session }

@@ -31,7 +31,7 @@ use std::pin::pin;
 use std::sync::{Arc, mpsc};
 use std::task::{Context, Poll, Waker};
 
-const SIZE: [u32; 2] = [18, 12];
+pub(super) const SIZE: [u32; 2] = [18, 12];
 /// Of the long session.
 const FRAMES: u32 = 64;
 const RESIZED_AT: u32 = 20;
@@ -96,14 +96,14 @@ impl Player for CpuSession {
 }
 
 /// A session on a device, whose frames are submitted one by one.
-struct OnDevice {
-    session: GpuSession,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+pub(super) struct OnDevice {
+    pub(super) session: GpuSession,
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
 }
 
 impl OnDevice {
-    fn new(executor: &GpuExecutor, setup: Setup) -> Result<Self, Error> {
+    pub(super) fn new(executor: &GpuExecutor, setup: Setup) -> Result<Self, Error> {
         Self::with_device(executor.device().clone(), executor.queue().clone(), Flavour::Exact, setup)
     }
 
@@ -158,7 +158,7 @@ fn cpu() -> Result<CpuExecutor, Error> {
 }
 
 /// Techniques, with what may happen in a frame.
-fn techniques() -> Vec<(&'static str, Box<dyn Technique>)> {
+pub(super) fn techniques() -> Vec<(&'static str, Box<dyn Technique>)> {
     let with = |name, text| Trials::of(name).and_then(|trials| trials.with(text)).expect("the harness knows them");
     let direct = |text| with("restir-di", text);
     let paths = |text| with("restir-pt", text);
@@ -191,14 +191,14 @@ fn plays() -> Vec<Play> {
     moving.chain(media).chain(denoised).collect()
 }
 
-fn camera(frame: u32) -> Camera {
+pub(super) fn camera(frame: u32) -> Camera {
     // it rests from time to time
     let along = f64::from(frame / 3 * 3) / f64::from(FRAMES);
     let position = DVec3::new(-0.6 + 1.3 * along, 0.3 - 0.5 * along, 3.6 - 0.4 * along);
     Camera::pinhole(position, DVec3::new(0.1 * along, 0.0, 0.0), DVec3::Y, 0.7)
 }
 
-fn source(name: &str) -> Result<Scene, Error> {
+pub(super) fn source(name: &str) -> Result<Scene, Error> {
     named(name).map_or_else(|| Scene::load(name), Ok)
 }
 

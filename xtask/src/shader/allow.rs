@@ -46,8 +46,8 @@ pub fn check(module: &Module) -> Vec<Violation> {
     instructions.chain(shared_variables(module)).chain(missing).collect()
 }
 
-/// Variables of a workgroup beyond two, which are the rings of traversals and the lists of crossings: an invocation reads no word of them that it
-/// has not written itself. Of others nobody has shown that.
+/// Variables of a workgroup beyond two. Those that there are, are the rings of traversals and the lists of crossings, or the rays that a kernel
+/// asks for: an invocation reads no word of them that it has not written itself. Of others nobody has shown that.
 fn shared_variables(module: &Module) -> impl Iterator<Item = Violation> {
     let is_shared = |instruction: &&Instruction| {
         instruction.class.opcode == Op::Variable
@@ -56,7 +56,7 @@ fn shared_variables(module: &Module) -> impl Iterator<Item = Violation> {
     module.types_global_values.iter().filter(is_shared).skip(2).map(|instruction| Violation {
         opcode: Op::Variable,
         id: instruction.result_id,
-        reason: "is a third variable of the workgroup: the rings of traversals and the lists of crossings are the only ones permitted".to_owned(),
+        reason: "is a third variable of the workgroup: the rings of traversals and the lists of crossings are the only ones permitted together".to_owned(),
     })
 }
 

@@ -10,7 +10,7 @@ pub fn verify(entry: &Entry, bytes: &[u8], kernel: &KernelDesc) -> Vec<String> {
     let findings = module::parse(bytes).and_then(|module| {
         let interface = reflect::reflect(&module)?;
         let mut findings = reflect::compare(&interface, kernel);
-        findings.extend(limits::check(&module, &interface));
+        findings.extend(limits::check(&module, &interface, kernel));
         match entry.flavour {
             Flavour::Exact => findings.extend(allow::check(&module).iter().map(ToString::to_string)),
             Flavour::Fast => findings.extend(portable::check(bytes, kernel.name)),

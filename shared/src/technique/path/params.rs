@@ -72,6 +72,13 @@ impl PathParams {
         [x.wrapping_add(self.corner & 0xffff), y.wrapping_add(self.corner >> 16)]
     }
 
+    /// How many rays the samples of a block ask for at most: along each segment, and from each vertex but the last one to a light.
+    #[doc(hidden)]
+    #[cfg(not(target_arch = "spirv"))]
+    pub fn most_rays(&self) -> u32 {
+        (2 * self.max_depth).saturating_sub(1) << self.block_log2
+    }
+
     /// How samples are spread.
     #[inline(always)]
     pub fn sampler(&self) -> Sampler {

@@ -133,6 +133,8 @@ mod domain;
 mod initial;
 mod params;
 mod pixel;
+#[cfg(not(target_arch = "spirv"))]
+mod rays;
 mod select;
 mod shade;
 #[cfg(not(target_arch = "spirv"))]
@@ -152,7 +154,7 @@ pub use combine::{Planes, combine};
 pub use initial::FROM_SCATTERING;
 pub use initial::{Initial, initial};
 pub use params::*;
-pub use pixel::primary;
+pub use pixel::{primary, primary_ray};
 #[doc(hidden)]
 pub use shade::pair_offsets;
 pub use shade::{Exchanged, exchange, gather, offer, shade};

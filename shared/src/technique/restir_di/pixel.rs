@@ -15,7 +15,12 @@ use glam::Vec3;
 
 /// The hit of the camera's ray through the pixel `at`.
 pub fn primary<S: Trace + Surface>(scene: &S, params: &DiParams, at: [u32; 2]) -> PackedHit {
-    PackedHit::pack(&scene.closest(&params.view().ray(at, scene.features())))
+    PackedHit::pack(&scene.closest(&primary_ray(params, scene.features(), at)))
+}
+
+/// The camera's ray through the pixel `at`, in a scene of these features: what [`primary`] traces.
+pub fn primary_ray(params: &DiParams, features: u32, at: [u32; 2]) -> Ray {
+    params.view().ray(at, features)
 }
 
 /// The camera of a frame.

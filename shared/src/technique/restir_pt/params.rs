@@ -58,6 +58,20 @@ impl PtParams {
         Self { reuse, ..self }
     }
 
+    /// How many rays an initial path asks for at most: along each segment, and from each vertex but the last one to a light.
+    #[doc(hidden)]
+    #[cfg(not(target_arch = "spirv"))]
+    pub fn most_rays_of_path(&self) -> u32 {
+        2 * self.max_depth
+    }
+
+    /// How many rays a shift asks for at most: one to each vertex after the first, and one to the light.
+    #[doc(hidden)]
+    #[cfg(not(target_arch = "spirv"))]
+    pub fn most_rays_of_shift(&self) -> u32 {
+        self.max_depth + 1
+    }
+
     /// See [`ReuseParams::specialised`].
     #[doc(hidden)]
     #[inline(always)]
