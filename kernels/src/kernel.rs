@@ -327,12 +327,17 @@ macro_rules! deferred_invocation {
                 stride: $extent[0] * $extent[1],
                 known: asked.known(),
             };
-            let before = ($($own[$at],)*);
             let $scene = restir_shared::scene::Deferred::new($made, known, memory_of!($memory));
-            $body;
+            // the body's elements, which take the place of the buffers' if they are whole
+            let made = {
+                let ($(mut $own,)*) = ($([$own[$at]],)*);
+                let $at = 0;
+                $body;
+                ($($own[$at],)*)
+            };
             let next = restir_shared::scene::DeferredRay::after(memory_of!($memory), known.known);
-            if !next.is_finished() {
-                ($($own[$at],)*) = before;
+            if next.is_finished() {
+                ($($own[$at],)*) = made;
             }
             $rays[$at] = next;
         }

@@ -68,7 +68,9 @@ fn of(trials: &Trials) -> Result<Vec<Case>, Error> {
             .collect::<Result<_, Error>>()?;
         let frozen = known.rows.len() <= 2 * FROZEN_EVERY || index % FROZEN_EVERY == FROZEN_EVERY - 1;
         let plans = renders.iter().map(|render| render.plan(&scene));
-        cases.extend(of_row(&format!("{}, {}", row.name, row.scene), frozen, plans)?);
+        let lacks = |kernel: &KernelDesc| cases.iter().all(|case: &Case| case.kernel.name != kernel.name);
+        let of_row = of_row(&format!("{}, {}", row.name, row.scene), frozen, &lacks, plans)?;
+        cases.extend(of_row);
     }
     Ok(cases)
 }
@@ -80,7 +82,7 @@ fn denoised() -> Result<Vec<Case>, Error> {
         let scene = buffers(row.scene)?;
         let technique = Trials::of(technique)?.with(row.settings)?;
         let render = Render { denoise: Some(Denoise::default()), ..render(&scene, technique, row) };
-        let of_plan = of_row(&format!("{}, {}", row.name, row.scene), true, [render.plan(&scene)])?;
+        let of_plan = of_row(&format!("{}, {}", row.name, row.scene), true, &|_| true, [render.plan(&scene)])?;
         cases.extend(of_plan.into_iter().filter(|case| DENOISER.iter().any(|kernel| kernel.name == case.kernel.name)));
     }
     Ok(cases)
@@ -98,8 +100,14 @@ fn render(scene: &SceneBuffers, technique: Box<dyn Technique>, row: Row) -> Rend
 }
 
 /// The last pass of each kernel in the plans of a row, the last of those that have one, but for kernels with cases of their
-/// own: as cases of the general kernel and, if that is asked for, of the one frozen as the plan has it.
-fn of_row<'a>(name: &str, frozen: bool, plans: impl IntoIterator<Item = FramePlan<'a>>) -> Result<Vec<Case>, Error> {
+/// own: as cases of the general kernel and, if that is asked for, of the one frozen as the plan has it and of its form whose rays are traced
+/// elsewhere, of which a kernel that `lacks` cases has some in any case.
+fn of_row<'a>(
+    name: &str,
+    frozen: bool,
+    lacks: &dyn Fn(&KernelDesc) -> bool,
+    plans: impl IntoIterator<Item = FramePlan<'a>>,
+) -> Result<Vec<Case>, Error> {
     let mut last: BTreeMap<&str, Capture> = BTreeMap::new();
     for plan in plans {
         last.extend(captured(plan)?.into_iter().map(|capture| (capture.pass.kernel.name, capture)));
@@ -112,9 +120,9 @@ fn of_row<'a>(name: &str, frozen: bool, plans: impl IntoIterator<Item = FramePla
         if frozen {
             let constants = capture.pass.constants.clone();
             cases.push(Case { name: format!("{name}, frozen"), constants, ..general.clone() });
-            if let Some(form) = capture.pass.kernel.rays.deferred() {
-                cases.extend(deferral::cases(name, capture, form)?);
-            }
+        }
+        if let Some(form) = capture.pass.kernel.rays.deferred().filter(|form| frozen || lacks(&form.desc)) {
+            cases.extend(deferral::cases(name, capture, form)?);
         }
         cases.push(general);
     }
