@@ -489,6 +489,7 @@ macro_rules! probes {
 }
 
 /// What rays a kernel traces: what its declaration says, else any, if it asks a scene.
+#[cfg(not(target_arch = "spirv"))]
 macro_rules! rays {
     ([$rays:expr] $($asked:ident)?) => {
         $rays

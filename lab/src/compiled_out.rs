@@ -26,7 +26,8 @@ use xtask::shader::{self, Entry, install};
 /// What the kernel `path` can be asked for: scenes with light under their surfaces have kernels of their own.
 pub(crate) const ALL: u32 = FEATURES_ALL & !(FEATURE_SUBSURFACE | FEATURE_CLEAR_BORDER);
 /// Members of the workspace, without which its lock file would not fit.
-const MEMBERS: [&str; 8] = ["shared", "kernels", "host", "restir", "tests", "lab", "xtask", "python"];
+const MEMBERS: [&str; 10] =
+    ["shared", "kernels", "host", "restir", "tests", "lab", "xtask", "python", "spirv-exact", "examples"];
 /// Members whose code runs on the device.
 const DEVICE: [&str; 2] = ["shared/src", "kernels/src"];
 

@@ -18,13 +18,18 @@ use crate::Error;
 /// Libraries whose version the manifest records.
 const TOOLS: [&str; 4] = ["naga", "rspirv", "spirv-builder", "spirv-std"];
 
-/// Builds all kernels; with consent, installs a toolchain where there is none.
+/// The toolchain; with consent, it is installed where there is none.
+pub(super) fn toolchain(workspace: &Workspace, install_toolchain: bool) -> Result<Toolchain, Error> {
+    match Toolchain::find()? {
+        Some(toolchain) => Ok(toolchain),
+        None if install_toolchain => install::install(&workspace.kernels()),
+        None => Err(Error::Environment(install::consent_message(&workspace.kernels()))),
+    }
+}
+
+/// Builds all kernels.
 pub(super) fn run(workspace: &Workspace, install_toolchain: bool) -> Result<(), Error> {
-    let toolchain = match Toolchain::find()? {
-        Some(toolchain) => toolchain,
-        None if install_toolchain => install::install(&workspace.kernels())?,
-        None => return Err(Error::Environment(install::consent_message(&workspace.kernels()))),
-    };
+    let toolchain = toolchain(workspace, install_toolchain)?;
     let identity = toolchain.identity()?;
     // Taken before the build: an edit during it must not pass for built.
     let digest = source_digest(workspace)?;
@@ -56,7 +61,7 @@ pub(super) fn findings(modules: &Modules, kernels: &[&KernelDesc]) -> Vec<String
     findings
 }
 
-fn describe(
+pub(super) fn describe(
     workspace: &Workspace,
     toolchain: Identity,
     source_digest: String,
@@ -64,14 +69,17 @@ fn describe(
 ) -> Result<Manifest, Error> {
     let lock = LockFile::read(workspace.root())?;
     let version = |name: &str| (name.to_owned(), lock.version(name).unwrap_or("unknown").to_owned());
-    let module = |flavour, name| &built[&Entry::new(flavour, name)];
-    let record = |name| KernelRecord::new(module(Flavour::Exact, name), module(Flavour::Fast, name));
-    let kernels = restir_kernels::all().into_iter().map(|kernel| Ok((kernel.name.to_owned(), record(kernel.name)?)));
+    let exact = built.iter().filter(|(entry, _)| entry.flavour == Flavour::Exact);
+    let kernels = exact.map(|(Entry { kernel, .. }, exact)| {
+        let missing = || format!("fast/{kernel}: there is no module, but one of the exact flavour");
+        let fast = built.get(&Entry::new(Flavour::Fast, kernel)).ok_or_else(missing)?;
+        Ok((kernel.clone(), KernelRecord::new(exact, fast)?))
+    });
     let kernels = kernels.collect::<Result<_, _>>().map_err(Error::Failed)?;
     Ok(Manifest { toolchain, tools: TOOLS.map(version).into(), source_digest, kernels })
 }
 
-fn files(built: &Modules, manifest: &Manifest) -> Result<BTreeMap<PathBuf, Vec<u8>>, Error> {
+pub(super) fn files(built: &Modules, manifest: &Manifest) -> Result<BTreeMap<PathBuf, Vec<u8>>, Error> {
     let modules = built.iter().map(|(entry, bytes)| (entry.path(), bytes.clone()));
     Ok(modules.chain([(MANIFEST.into(), manifest.to_json()?.into_bytes())]).collect())
 }

@@ -1,4 +1,4 @@
-//! Compiling the kernel crate to SPIR-V with rust-gpu.
+//! Compiling a crate of kernels to SPIR-V with rust-gpu.
 //!
 //! spirv-builder reads its environment and ends a process on surprises, so each build runs in a child: this program
 //! itself, with the hidden command `shader compile`. Two flavours then compile side by side.
@@ -19,10 +19,10 @@ use crate::Error;
 
 const TARGET: &str = "spirv-unknown-vulkan1.2";
 
-/// One build of the kernel crate.
+/// One build of a crate of kernels.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Job {
-    /// The kernel crate.
+    /// The crate.
     kernels: PathBuf,
     /// The rustup toolchain.
     channel: String,
@@ -32,8 +32,10 @@ pub struct Job {
     name: String,
     /// The target directory. Builds with other features need another one: their outputs have the same names.
     target: PathBuf,
-    /// Features of the kernel crate.
+    /// Its features.
     features: Vec<String>,
+    /// Whether a lock file decides what it depends on.
+    locked: bool,
     /// Where to write the list of modules, as JSON from entry point to path.
     list: PathBuf,
 }
@@ -52,7 +54,14 @@ impl Job {
         let fast = (flavour == Flavour::Fast).then_some("fast");
         let features = fast.iter().chain(features).map(|&f| f.to_owned()).collect();
         let Toolchain { channel, backend } = toolchain.clone();
-        Self { kernels: workspace.kernels(), channel, backend, name, target, features, list }
+        Self { kernels: workspace.kernels(), channel, backend, name, target, features, locked: true, list }
+    }
+
+    /// The same build of somebody else's crate.
+    #[must_use]
+    pub fn of_crate(self, kernels: PathBuf) -> Self {
+        let locked = kernels.ancestors().any(|folder| folder.join("Cargo.lock").is_file());
+        Self { kernels, locked, ..self }
     }
 
     /// The part of the work that runs in the child, which gets the job as JSON.
@@ -92,7 +101,7 @@ impl Job {
         // The backend recurses deeply over large functions.
         command.env("RUST_MIN_STACK", (64 << 20).to_string());
         // The lock file decides the bytes, and nothing from a user's environment may.
-        command.env("RUSTGPU_CARGOFLAGS", "--locked");
+        command.env("RUSTGPU_CARGOFLAGS", if self.locked { "--locked" } else { "" });
         command.env_remove("RUSTGPU_CODEGEN_ARGS").env_remove("RUSTGPU_RUSTFLAGS");
         command.env("CARGO_TERM_PROGRESS_WHEN", "never");
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -121,7 +130,7 @@ pub struct Running {
 }
 
 impl Running {
-    /// Waits for the modules that rust-gpu made of the kernel crate, by entry point.
+    /// Waits for the modules that rust-gpu made of the crate, by entry point.
     pub fn finish(mut self) -> Result<BTreeMap<String, Vec<u8>>, Error> {
         let status = self.child.wait();
         // A relay that panicked lost messages, not the build.
@@ -145,7 +154,7 @@ fn relay(name: String, stderr: ChildStderr) -> JoinHandle<()> {
 fn is_expected(line: &str) -> bool {
     line.trim().is_empty()
         || line.contains("`spirv-opt` should have ran")
-        || line.ends_with("`restir-kernels` (lib) generated 1 warning")
+        || line.ends_with(" (lib) generated 1 warning") && !line.contains("`restir-shared`")
 }
 
 #[cfg(test)]
@@ -158,6 +167,7 @@ mod tests {
         assert!(is_expected("warning: `restir-kernels` (lib) generated 1 warning"));
         assert!(!is_expected("warning: `restir-kernels` (lib) generated 2 warnings"));
         assert!(!is_expected("warning: `restir-shared` (lib) generated 1 warning"));
+        assert!(is_expected("warning: `a-crate-of-yours` (lib) generated 1 warning"));
     }
 
     #[test]

@@ -15,8 +15,16 @@ use crate::Error;
 /// The crates whose whole source is compiled for the device.
 const CRATES: [&str; 2] = ["shared", "kernels"];
 /// Steps of the build that decide bytes.
-const STEPS: [&str; 8] =
-    ["canonical.rs", "compile.rs", "inserts.rs", "loops.rs", "module.rs", "pipeline.rs", "post.rs", "tools.rs"];
+const STEPS: [&str; 8] = [
+    "spirv-exact/src/canonical.rs",
+    "spirv-exact/src/module.rs",
+    "spirv-exact/src/post.rs",
+    "xtask/src/shader/compile.rs",
+    "xtask/src/shader/inserts.rs",
+    "xtask/src/shader/loops.rs",
+    "xtask/src/shader/pipeline.rs",
+    "xtask/src/shader/tools.rs",
+];
 
 /// Digest of everything in the repository that decides the bytes of the modules.
 pub fn source_digest(workspace: &Workspace) -> Result<String, Error> {
@@ -35,7 +43,7 @@ pub fn source_digest(workspace: &Workspace) -> Result<String, Error> {
 }
 
 /// Length-prefixed, so that no two lists of entries look alike.
-fn entry(hasher: &mut blake3::Hasher, name: &str, contents: &[u8]) {
+pub(super) fn entry(hasher: &mut blake3::Hasher, name: &str, contents: &[u8]) {
     for part in [name.as_bytes(), contents] {
         hasher.update(&(part.len() as u64).to_le_bytes());
         hasher.update(part);
@@ -51,7 +59,7 @@ fn source_files(root: &Path) -> Result<BTreeMap<PathBuf, Vec<u8>>, Error> {
         files.extend(sources.map(|(file, text)| (folder.join(file), text)));
     }
     let manifests = CRATES.map(|name| Path::new(name).join("Cargo.toml"));
-    for file in manifests.into_iter().chain(STEPS.map(|step| Path::new("xtask/src/shader").join(step))) {
+    for file in manifests.into_iter().chain(STEPS.map(PathBuf::from)) {
         let path = root.join(&file);
         files.insert(file, std::fs::read(&path).map_err(Error::io("read", &path))?);
     }
@@ -93,7 +101,7 @@ mod tests {
             write(&format!("{name}/src/lib.rs"), "");
         }
         for step in STEPS {
-            write(&format!("xtask/src/shader/{step}"), "");
+            write(step, "");
         }
         write("Cargo.lock", "");
         write("Cargo.toml", "");
@@ -105,7 +113,7 @@ mod tests {
             ("shared/src/lib.rs", "changed", true),
             ("kernels/src/deep/er.rs", "new", true),
             ("kernels/Cargo.toml", "[package]\nname = \"changed\"\n", true),
-            ("xtask/src/shader/post.rs", "changed", true),
+            ("spirv-exact/src/post.rs", "changed", true),
             ("host/src/lib.rs", "unrelated", false),
             ("shared/Cargo.toml", "[dependencies]\nglam.workspace = true\n", true),
             ("Cargo.toml", feature, true),

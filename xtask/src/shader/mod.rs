@@ -4,24 +4,21 @@
 //! contract: [`compile`] without the backend's optimiser, [`post`], [`canonical`], `spirv-opt`, for naga `inserts` and `loops`, [`canonical`] again, `spirv-val`, then
 //! [`verify`] over the final binary ([`allow`], [`limits`], [`reflect`], [`portable`]).
 
-pub mod allow;
 mod build;
-pub mod canonical;
 pub mod cargo_files;
 pub mod check;
 pub mod compile;
 pub mod cost;
 pub mod digest;
 pub mod flavour;
+mod foreign;
 mod inserts;
 pub mod install;
 pub mod limits;
 mod loops;
 pub mod manifest;
-pub mod module;
 pub mod pipeline;
 pub mod portable;
-pub mod post;
 pub mod publish;
 pub mod reflect;
 pub mod toolchain;
@@ -30,6 +27,9 @@ pub mod verify;
 pub mod workspace;
 
 pub use flavour::{Entry, Flavour};
+pub use spirv_exact::{allow, canonical, module, post};
+
+use std::path::PathBuf;
 
 use crate::Error;
 use workspace::Workspace;
@@ -39,6 +39,12 @@ use workspace::Workspace;
 pub enum Command {
     /// Compile all kernels in both flavours, check them, and replace the files in kernels/spirv.
     Build {
+        /// Compile the kernels of this crate instead, which has a feature `fast`.
+        #[arg(long = "crate", value_name = "FOLDER", requires = "out")]
+        of: Option<PathBuf>,
+        /// Where its modules go.
+        #[arg(long, value_name = "FOLDER", requires = "of")]
+        out: Option<PathBuf>,
         /// Consent to downloading and building the rust-gpu toolchain if there is none.
         #[arg(long)]
         install_toolchain: bool,
@@ -71,7 +77,10 @@ pub enum Command {
 pub fn run(command: Command) -> Result<(), Error> {
     let workspace = Workspace::current();
     match command {
-        Command::Build { install_toolchain } => build::run(&workspace, install_toolchain),
+        Command::Build { of: Some(of), out: Some(out), install_toolchain } => {
+            foreign::run(&workspace, &of, &out, install_toolchain)
+        }
+        Command::Build { install_toolchain, .. } => build::run(&workspace, install_toolchain),
         Command::Check { require_rebuild } => check::run(&workspace, require_rebuild),
         Command::Dis { kernel, flavour } => dis(&workspace, &kernel, flavour),
         Command::Cost(options) => cost::run(&workspace, &options),

@@ -1,6 +1,7 @@
 //! From source to finished modules in memory: compile, post-pass, canonical form, optimise, rewrite for naga (`fast`), canonical form, validate.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::time::Instant;
 
 use super::compile::Job;
@@ -15,10 +16,15 @@ pub type Modules = BTreeMap<Entry, Vec<u8>>;
 
 /// Builds all kernels in both flavours, side by side.
 pub fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<Modules, Error> {
+    build_crate(workspace, toolchain, &workspace.kernels())
+}
+
+/// Builds the kernels of a crate in both flavours, side by side. It has a feature `fast`.
+pub fn build_crate(workspace: &Workspace, toolchain: &Toolchain, kernels: &Path) -> Result<Modules, Error> {
     let start = Instant::now();
     // Both are awaited before either is judged, so that no build is left behind.
     let results = std::thread::scope(|scope| {
-        let build = |flavour| scope.spawn(move || build_flavour(workspace, toolchain, flavour));
+        let build = |flavour| scope.spawn(move || build_flavour(workspace, toolchain, kernels, flavour));
         Flavour::ALL.map(build).map(|thread| thread.join())
     });
     let mut built = Modules::new();
@@ -30,9 +36,14 @@ pub fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<Modules, Er
     Ok(built)
 }
 
-fn build_flavour(workspace: &Workspace, toolchain: &Toolchain, flavour: Flavour) -> Result<Modules, Error> {
+fn build_flavour(
+    workspace: &Workspace,
+    toolchain: &Toolchain,
+    kernels: &Path,
+    flavour: Flavour,
+) -> Result<Modules, Error> {
     let folder = scratch()?;
-    let job = Job::new(workspace, toolchain, flavour, &[], folder.path().join("modules"));
+    let job = Job::new(workspace, toolchain, flavour, &[], folder.path().join("modules")).of_crate(kernels.to_owned());
     let mut modules = Modules::new();
     for (function, bytes) in job.start()?.finish()? {
         let entry = Entry::new(flavour, post::kernel_name(&function));
@@ -49,7 +60,7 @@ fn build_flavour(workspace: &Workspace, toolchain: &Toolchain, flavour: Flavour)
 pub fn finish_module(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     let at = |reason: String| Error::Failed(format!("{entry}: {reason}"));
     let mut module = module::parse(bytes).map_err(at)?;
-    post::prepare(&mut module, entry.flavour).map_err(at)?;
+    post::prepare(&mut module, entry.flavour == Flavour::Exact).map_err(at)?;
     canonical::canonicalise(&mut module);
     let optimised = tools::optimise(&module::assemble(&module))?;
     let mut module = module::parse(&optimised).map_err(at)?;

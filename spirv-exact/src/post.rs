@@ -10,18 +10,18 @@ use rspirv::spirv::{
     AddressingModel, Capability, Decoration, ExecutionMode, MemoryAccess, MemoryModel, Op, StorageClass, Word,
 };
 
-use super::flavour::Flavour;
-use super::module::{decorations, globals, id_operand, operations, rename, string_operand};
+use crate::module::{decorations, globals, id_operand, operations, rename, string_operand};
 
 /// What the Vulkan memory model adds to memory operands; none of it means anything under GLSL450.
 const VULKAN_ACCESS: MemoryAccess = MemoryAccess::MAKE_POINTER_AVAILABLE
     .union(MemoryAccess::MAKE_POINTER_VISIBLE)
     .union(MemoryAccess::NON_PRIVATE_POINTER);
 
-/// Makes a module of rust-gpu ready for the optimiser. The error is a sentence.
-pub fn prepare(module: &mut Module, flavour: Flavour) -> Result<(), String> {
+/// Makes a module of rust-gpu, which has one entry point, ready for the optimiser; `exact` asks for arithmetic that every driver rounds alike. The
+/// error is a sentence.
+pub fn prepare(module: &mut Module, exact: bool) -> Result<(), String> {
     name_entry(module);
-    if flavour == Flavour::Exact {
+    if exact {
         decorate_arithmetic(module);
         declare_float_controls(module)?;
     }

@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, ExecutionMode, MemoryModel, Op, StorageClass, Word};
 
-use super::module::{GLSL, decorations, id_operand, literal_operand, operation_name, string_operand};
+use crate::module::{GLSL, decorations, id_operand, literal_operand, operation_name, string_operand};
 
 /// Something in a module that breaks the contract.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +21,17 @@ pub struct Violation {
     pub id: Option<Word>,
     /// What is wrong and what to do.
     pub reason: String,
+}
+
+/// Lavapipe drops a constant zero whatever the module says, and with it the sign of the result.
+const CONSTANT_ZERO: &str = "has a constant zero as an operand, which drivers drop without regard to the sign of zero: leave the \
+                             operation out, or take the zero from data";
+
+impl Violation {
+    /// Nothing but the sign of a zero is at stake, which most results do not show: an operation has a constant zero as an operand.
+    pub fn is_sign_of_zero(&self) -> bool {
+        self.reason == CONSTANT_ZERO
+    }
 }
 
 impl fmt::Display for Violation {
@@ -46,7 +57,7 @@ pub fn check(module: &Module) -> Vec<Violation> {
     instructions.chain(shared_variables(module)).chain(missing).collect()
 }
 
-/// Variables of a workgroup beyond two. Those that there are, are the rings of traversals and the lists of crossings, or the rays that a kernel
+/// Variables of a workgroup beyond two. In kernels of `restir` these are the rings of traversals and the lists of crossings, or the rays that a kernel
 /// asks for: an invocation reads no word of them that it has not written itself. Of others nobody has shown that.
 fn shared_variables(module: &Module) -> impl Iterator<Item = Violation> {
     let is_shared = |instruction: &&Instruction| {
@@ -56,7 +67,7 @@ fn shared_variables(module: &Module) -> impl Iterator<Item = Violation> {
     module.types_global_values.iter().filter(is_shared).skip(2).map(|instruction| Violation {
         opcode: Op::Variable,
         id: instruction.result_id,
-        reason: "is a third variable of the workgroup: the rings of traversals and the lists of crossings are the only ones permitted together".to_owned(),
+        reason: "is a third variable of the workgroup: two are permitted, of which an invocation reads only what it has written".to_owned(),
     })
 }
 
@@ -96,15 +107,10 @@ impl Context {
         }
     }
 
-    /// Lavapipe drops a constant zero whatever the module says, and with it the sign of the result.
     fn zero_problem(&self, instruction: &Instruction) -> Option<String> {
         let folds = matches!(instruction.class.opcode, Op::FAdd | Op::FSub | Op::FMul);
         let zero = (0..2).any(|index| id_operand(instruction, index).is_some_and(|id| self.zeros.contains(&id)));
-        (folds && zero).then(|| {
-            "has a constant zero as an operand, which drivers drop without regard to the sign of zero: leave the \
-             operation out, or take the zero from data"
-                .to_owned()
-        })
+        (folds && zero).then(|| CONSTANT_ZERO.to_owned())
     }
 }
 

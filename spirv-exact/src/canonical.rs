@@ -10,7 +10,7 @@ use rspirv::binary::Assemble;
 use rspirv::dr::{Function, Instruction, Module};
 use rspirv::spirv::{Op, Word};
 
-use super::module::{globals, id_operand, ids, rename};
+use crate::module::{globals, id_operand, ids, rename};
 
 /// Brings a module with one entry point into canonical form, without names and other debug information.
 pub fn canonicalise(module: &mut Module) {
@@ -78,8 +78,8 @@ mod tests {
     use rspirv::dr::{Builder, Operand};
     use rspirv::spirv::{AddressingModel, Decoration, ExecutionModel, FunctionControl, MemoryModel};
 
-    use super::super::module::assemble;
     use super::*;
+    use crate::module::assemble;
 
     /// An entry point that calls two functions, one of which adds. Helpers, types and decorations are made in one order or the other,
     /// and have names in one of them.
