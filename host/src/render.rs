@@ -231,6 +231,7 @@ impl Render {
             arenas: moments.buffers(),
             dispatches,
             share: share.map(|(_, share)| share),
+            given: None,
         };
         let sequence = self.sequence(&stage);
         (Frames { render: self, scene, moments, sequence, next: 0, begun: None }, stage)

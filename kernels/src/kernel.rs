@@ -33,7 +33,8 @@
 ///         technique::shade_row(&scene, &p, hits, [x, y], film, token)
 /// ```
 ///
-/// There `x` is the first invocation, and `film` has the elements of the row. It has variants of its own.
+/// There `x` is the first invocation, and `film` has the elements of the row. It has variants of its own. After them may stand `if (p.flag == 0)`: for
+/// other parameters the first body runs.
 ///
 /// A kernel that asks a scene and traces no ray in it says so by `rays Rays::None` after it.
 ///
@@ -123,7 +124,7 @@ macro_rules! kernel {
             own { $($ob:tt : $own:ident : $ot:ty),* $(,)? } $(,)?
         }
         |$x:ident, $y:ident, $at:ident, $p:ident $(, $scene:ident)?| $body:expr
-        $(; simd [$($stepped:expr),*] |$token:ident| $simd:expr)?
+        $(; simd [$($stepped:expr),*] $(if ($when:expr))? |$token:ident| $simd:expr)?
     ) => {
         $(#[$doc])*
         #[cfg(target_arch = "spirv")]
@@ -169,7 +170,7 @@ macro_rules! kernel {
             $(let $own: &mut [$ot] = _own.next().map_or(&mut [], |o| bytemuck::cast_slice_mut(o));)*
             let $y = row.y;
             over_scenes! {
-                row, [$([$($stepped),*] $token { let $x = row.x; $simd; })?],
+                row, [$([$($stepped),*] ($($when)?) $token { let $x = row.x; $simd; })?],
                 [$($scene = $asked($p, $features) [$($arena),*] [$($($compiled),*)?])?]
                 for $x in row.x..row.x + row.width {
                     let $at = ($x - row.x) as usize;
@@ -427,8 +428,8 @@ macro_rules! over_scenes {
 #[cfg(not(target_arch = "spirv"))]
 macro_rules! simd {
     ($all:ident, $scene:ident, []) => {};
-    ($all:ident, $scene:ident, [$stepped:tt $token:ident $row:tt]) => {
-        if let Some($token) = $crate::simd::Avx512::detect() {
+    ($all:ident, $scene:ident, [$stepped:tt ($($when:expr)?) $token:ident $row:tt]) => {
+        if true $(&& $when)? && let Some($token) = $crate::simd::Avx512::detect() {
             over_variants!($all, $scene, $stepped, $row return;);
         }
     };

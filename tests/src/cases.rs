@@ -2,11 +2,11 @@
 //! techniques, one row of settings after the other.
 
 use crate::capture::{Capture, captured};
-use crate::{crossings, deferral};
 use crate::parity::{POISON, run};
 use crate::scenes::buffers;
 use crate::technique::{DENOISED, Row, Trials};
 use crate::traversal;
+use crate::{crossings, deferral};
 use glam::DVec3;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;

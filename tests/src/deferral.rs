@@ -67,7 +67,10 @@ impl Resolved {
                 break;
             }
             if round == most {
-                return Err(wrong(form, format!("an invocation asks for more than {most} rays, which it says are the most")));
+                return Err(wrong(
+                    form,
+                    format!("an invocation asks for more than {most} rays, which it says are the most"),
+                ));
             }
             resolved.resolve(capture, answers, &left)?;
         }
@@ -77,7 +80,10 @@ impl Resolved {
             let at = form.desc.bindings.iter().position(|of| of.name == binding.name);
             let made = at.and_then(|at| resolved.case.buffers[at].clone());
             if made.is_none_or(|made| *made != *right) {
-                return Err(wrong(form, format!("it makes other {} than the form that traces its rays itself", binding.name)));
+                return Err(wrong(
+                    form,
+                    format!("it makes other {} than the form that traces its rays itself", binding.name),
+                ));
             }
         }
         // what it begins with, but for the answers

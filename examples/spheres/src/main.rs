@@ -39,10 +39,7 @@ fn compare(shaders: PathBuf, png: Option<PathBuf>) -> Result<bool, Error> {
     let traced = cpu.run(paths()?)?.concat();
     let resampled = cpu.run(restir_di_plan(SIZE, FRAMES)?)?.concat();
     let device = gpu.run(restir_di_plan(SIZE, FRAMES)?)?.concat();
-    let differ = [
-        told("path tracing", &traced, &gpu.run(paths()?)?.concat()),
-        told("ReSTIR DI", &resampled, &device),
-    ];
+    let differ = [told("path tracing", &traced, &gpu.run(paths()?)?.concat()), told("ReSTIR DI", &resampled, &device)];
     // with the device's own division and roots: were this the same, too, the comparison would see nothing
     let mut fast = gpu.reload(Flavour::Fast, Shaders::Folder(shaders));
     let seen = told("path tracing, fast", &traced, &fast.run(paths()?)?.concat());

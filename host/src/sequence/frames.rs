@@ -5,6 +5,7 @@ use crate::exec::Dispatches;
 use crate::film::Capacity;
 use crate::plan::{Buffer, BufferId, Pass};
 use restir_shared::layout::{CameraParams, FEATURE_BLEND, SceneHeader};
+use restir_shared::scene::GivenPlanes;
 
 /// What stays from frame to frame.
 #[derive(Clone, Debug)]
@@ -27,6 +28,8 @@ pub struct Stage {
     pub dispatches: Dispatches,
     /// What the plan makes, if it is less than an image: its output is a sum then.
     pub share: Option<Share>,
+    /// Where the embedder gives surfaces, if it does: in the arena of attributes, beyond the scene's.
+    pub given: Option<GivenPlanes>,
 }
 
 /// Some samples of some pixels of an image, of a technique that repeats samples: the pixels of a tile, which has the size of the stage, and an

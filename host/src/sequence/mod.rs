@@ -10,7 +10,7 @@
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let (size, features, arenas) = ([16, 16], scene.features, Buffer::arenas(&scene));
 //! let dispatches = Dispatches::Short;
-//! let stage = Stage { size, seed: 7, goes_on: false, most: 4, progressive: false, features, arenas, dispatches, share: None };
+//! let stage = Stage { size, seed: 7, goes_on: false, most: 4, progressive: false, features, arenas, dispatches, share: None, given: None };
 //! let mut sequence = PathSettings::default().sequence(&stage);
 //!
 //! sequence.begin(Frame {

@@ -1,6 +1,6 @@
 //! Sessions on the CPU.
 
-use super::{Begun, Device, Frozen, Session, Setup, View};
+use super::{ATTRIBUTES, Begun, Device, Frozen, Session, Setup, View};
 use crate::exec::{Course, CpuExecutor, Dispatches, check_probes};
 use crate::image::Image;
 use crate::plan::{Buffer, Pass};
@@ -8,7 +8,7 @@ use crate::scene::Camera;
 use crate::{Error, buffers::SceneBuffers, memory};
 use restir_shared::geometry::PackedHit;
 use restir_shared::layout::FilmPixel;
-use restir_shared::scene::AnyFrames;
+use restir_shared::scene::{AnyFrames, GivenSurface};
 use std::sync::Arc;
 
 /// A session that runs natively.
@@ -126,5 +126,13 @@ impl CpuSession {
     pub fn primary_mut(&mut self) -> Option<&mut [PackedHit]> {
         let plane = self.primary_plane()?;
         Some(bytemuck::cast_slice_mut(Arc::make_mut(&mut self.device.buffers[plane])))
+    }
+
+    /// The plane of the next frame's surfaces, of a session whose [surfaces are given](Setup::surfaces_given), rows from top to bottom. The hit of
+    /// pixel i in [`Self::primary_mut`] has the number that stands beside it, plus i, or that of a miss.
+    pub fn surfaces_mut(&mut self) -> Option<(&mut [GivenSurface], u32)> {
+        let (first, words, first_id) = self.surface_plane()?;
+        let arena = Arc::make_mut(&mut self.device.buffers[ATTRIBUTES]);
+        Some((bytemuck::cast_slice_mut(&mut arena[first..first + words]), first_id))
     }
 }

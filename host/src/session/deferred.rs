@@ -121,7 +121,8 @@ impl Gpu {
         trace: &mut dyn FnMut(&mut wgpu::CommandEncoder, &RayRound<'_>),
     ) -> Result<(), Error> {
         let first = self.buffers.len();
-        let form = |pass: &Pass| pass.kernel.rays.deferred().map(|form| DeferredPass::of(pass, form, first)).transpose();
+        let form =
+            |pass: &Pass| pass.kernel.rays.deferred().map(|form| DeferredPass::of(pass, form, first)).transpose();
         let forms: Vec<Option<DeferredPass>> = passes.iter().map(|(pass, _)| form(pass)).collect::<Result<_, _>>()?;
         let run = |(pass, form): (&(Pass, usize), &Option<DeferredPass>)| {
             form.as_ref().map_or(pass.0.kernel, |form| form.pass.kernel)
@@ -144,7 +145,8 @@ impl Gpu {
     fn with_rays(&mut self, forms: &[Option<DeferredPass>]) -> Result<Vec<wgpu::Buffer>, Error> {
         let words = |elements: u64, bytes: usize| elements as usize * bytes / 4;
         let rays = forms.iter().flatten().map(DeferredPass::count).max().unwrap_or(1);
-        let answers = forms.iter().flatten().map(|form| form.count() * u64::from(form.most_rays.max(1))).max().unwrap_or(1);
+        let answers =
+            forms.iter().flatten().map(|form| form.count() * u64::from(form.most_rays.max(1))).max().unwrap_or(1);
         let wanted = [
             Buffer { name: "answers", words: words(answers, size_of::<PackedHit>()), contents: None },
             Buffer { name: "rays", words: words(rays, size_of::<DeferredRay>()), contents: None },

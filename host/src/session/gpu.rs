@@ -1,6 +1,6 @@
 //! Sessions on the device of a renderer.
 
-use super::{Begun, Device, Frozen, Session, Setup, View};
+use super::{ATTRIBUTES, Begun, Device, Frozen, Session, Setup, View};
 use crate::exec::Dispatches;
 use crate::exec::gpu::{Pipelines, allocate, bind_group, dispatch, guarded};
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
@@ -116,7 +116,11 @@ impl Gpu {
         Ok(())
     }
 
-    pub(super) fn dispatch(&mut self, encoder: &mut wgpu::CommandEncoder, passes: &[(Pass, usize)]) -> Result<(), Error> {
+    pub(super) fn dispatch(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        passes: &[(Pass, usize)],
+    ) -> Result<(), Error> {
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         for (pass, before) in passes {
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
@@ -135,6 +139,19 @@ pub(super) fn numbered(passes: Vec<Pass>) -> Vec<(Pass, usize)> {
         (pass, *count - 1)
     };
     passes.into_iter().map(number).collect()
+}
+
+/// A part of a buffer where the surfaces of a frame go.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePlane<'a> {
+    /// A buffer with the usages `STORAGE`, `COPY_SRC` and `COPY_DST`, which holds the scene, too.
+    pub buffer: &'a wgpu::Buffer,
+    /// The first byte of the plane: a multiple of 16, and perhaps of nothing more, so that a shader binds the whole buffer.
+    pub offset: u64,
+    /// Bytes of the plane.
+    pub size: u64,
+    /// The number of the first pixel's surface.
+    pub first_id: u32,
 }
 
 impl GpuSession {
@@ -234,9 +251,24 @@ impl GpuSession {
         self.primary_plane().map(|plane| &self.device.buffers[plane])
     }
 
+    /// Where the renderer writes the surfaces of the next frame, of a session whose [surfaces are given](Setup::surfaces_given): a
+    /// [`restir_shared::scene::GivenSurface`] of 128 bytes a pixel, rows from top to bottom. The hit of pixel i in [`Self::primary`] has the number
+    /// `first_id + i`, or that of a miss.
+    pub fn surfaces(&self) -> Option<SurfacePlane<'_>> {
+        let (first, words, first_id) = self.surface_plane()?;
+        let [offset, size] = [first, words].map(|words| words as u64 * 4);
+        Some(SurfacePlane { buffer: &self.device.buffers[ATTRIBUTES], offset, size, first_id })
+    }
+
     /// Bytes of the device's memory that the session holds between frames.
     #[doc(hidden)]
     pub fn bytes(&self) -> u64 {
-        self.device.buffers.iter().chain(&self.device.rays).chain(self.device.params.values()).map(wgpu::Buffer::size).sum()
+        self.device
+            .buffers
+            .iter()
+            .chain(&self.device.rays)
+            .chain(self.device.params.values())
+            .map(wgpu::Buffer::size)
+            .sum()
     }
 }

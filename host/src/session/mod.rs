@@ -33,12 +33,12 @@ pub use cpu::CpuSession;
 #[cfg(feature = "gpu")]
 pub use deferred::RayRound;
 #[cfg(feature = "gpu")]
-pub use gpu::GpuSession;
+pub use gpu::{GpuSession, SurfacePlane};
 
 use crate::denoise::{self, Denoise};
 use crate::exec::Dispatches;
 use crate::moments::Moments;
-use crate::plan::{Buffer, BufferId, Pass, SceneFrame};
+use crate::plan::{ARENAS, Buffer, BufferId, Pass, SceneFrame};
 use crate::render::Render;
 use crate::scene::{Animation, Camera, Scene};
 use crate::sequence::{Frame, Sequence, Stage};
@@ -46,8 +46,14 @@ use crate::settings::More;
 use crate::technique::Technique;
 use crate::{Error, buffers::SceneBuffers};
 use restir_kernels::KernelDesc;
-use restir_shared::layout::{CameraParams, FEATURE_BLEND};
+use restir_shared::layout::{CameraParams, FEATURE_BLEND, FEATURE_GIVEN};
+use restir_shared::scene::{GivenPlanes, GivenSurface};
 use std::{fmt, sync::Arc};
+
+/// Bytes of a word of an arena.
+const WORD: usize = 16;
+/// The arena behind which surfaces are given.
+const ATTRIBUTES: BufferId = ARENAS[1].1;
 
 /// What a session is of, made by [`Self::new`] and changed field by field. Fields may be added with any version.
 #[derive(Clone, Debug)]
@@ -69,6 +75,10 @@ pub struct Setup {
     pub mean_of: Option<u32>,
     /// Frames are denoised.
     pub denoise: Option<Denoise>,
+    /// The renderer gives what the camera sees as surfaces, a G-buffer that need not show anything of the scene: in each frame it fills the
+    /// session's plane of surfaces (`surfaces` of `GpuSession`, [`CpuSession::surfaces_mut`]) and that of primary hits, with the number that the former says, and gives
+    /// [`View::primary_given`]. Rays meet the scene alone. For techniques that have a plane of primary hits.
+    pub surfaces_given: bool,
     #[doc(hidden)]
     pub _more: More,
 }
@@ -84,6 +94,7 @@ impl Setup {
             samples: 1,
             mean_of: None,
             denoise: None,
+            surfaces_given: false,
             _more: More::default(),
         }
     }
@@ -113,11 +124,44 @@ impl Setup {
             goes_on: true,
             most: self.samples * self.mean_of.unwrap_or(1),
             progressive: self.mean_of.is_some(),
-            features: self.scene.features,
-            arenas: moments.buffers(),
+            features: self.features(),
+            arenas: self.arenas(moments),
             dispatches,
             share: None,
+            given: self.given(moments),
         }
+    }
+
+    fn features(&self) -> u32 {
+        self.scene.features | if self.surfaces_given { FEATURE_GIVEN } else { 0 }
+    }
+
+    /// Where surfaces are given: behind what the arena of attributes has of the scene.
+    fn given(&self, moments: &Moments) -> Option<GivenPlanes> {
+        let [_, attributes, _] = moments.buffers();
+        let [width, height] = self.size;
+        let words = width * height * (size_of::<GivenSurface>() / WORD) as u32;
+        let base = attributes.words.div_ceil(WORD / 4) as u32;
+        self.surfaces_given.then_some(GivenPlanes { base, words, half: 0 })
+    }
+
+    fn arenas(&self, moments: &Moments) -> [Buffer; 3] {
+        let mut arenas = moments.buffers();
+        if let Some(GivenPlanes { base, words, .. }) = self.given(moments) {
+            let attributes = &mut arenas[ATTRIBUTES];
+            attributes.words = (base + 2 * words) as usize * WORD / 4;
+            if let Some(contents) = &mut attributes.contents {
+                let mut longer = contents.to_vec();
+                longer.resize(attributes.words, 0);
+                *contents = longer.into();
+            }
+        }
+        arenas
+    }
+
+    /// What decides how large the arenas are.
+    fn arenas_of(&self) -> (*const SceneBuffers, usize, Option<[u32; 2]>) {
+        (Arc::as_ptr(&self.scene), self.parts(), self.surfaces_given.then_some(self.size))
     }
 
     fn parts(&self) -> usize {
@@ -140,6 +184,8 @@ pub struct View<'a> {
     /// ray through its centre, with its distance from the camera, which is the same hit as long as camera and scene are the same. A frame whose scene has to be built
     /// anew finds its hits itself, for its triangles have other ids, and the session another plane.
     pub primary_given: bool,
+    /// Of [`Setup::surfaces_given`]: what they show has moved since the last frame, be it that the scene has not.
+    pub surfaces_moved: bool,
     #[doc(hidden)]
     pub _more: More,
 }
@@ -234,6 +280,7 @@ impl<D: Device> Session<D> {
         setup.check()?;
         let moments = Moments::new(setup.scene.clone(), setup.parts());
         let sequence = setup.sequence(&moments, D::DISPATCHES);
+        check_surfaces(&setup, &*sequence)?;
         device.prepare(&kernels(&setup, &moments)?)?;
         device.allocate(sequence.buffers(), false, &setup.scene)?;
         Ok(Self { setup, moments, sequence, next: 0, in_mean: 0, last_camera: None, device })
@@ -272,8 +319,9 @@ impl<D: Device> Session<D> {
 
     fn change(&mut self, setup: Setup) -> Result<(), Error> {
         setup.check()?;
-        let keep_arenas = Arc::ptr_eq(&setup.scene, &self.setup.scene) && setup.parts() == self.setup.parts();
-        let moments = if keep_arenas {
+        let same_scene = Arc::ptr_eq(&setup.scene, &self.setup.scene) && setup.parts() == self.setup.parts();
+        let keep_arenas = setup.arenas_of() == self.setup.arenas_of();
+        let moments = if same_scene {
             let mut moments = self.moments.clone();
             moments.forget();
             moments
@@ -281,6 +329,7 @@ impl<D: Device> Session<D> {
             Moments::new(setup.scene.clone(), setup.parts())
         };
         let sequence = setup.sequence(&moments, D::DISPATCHES);
+        check_surfaces(&setup, &*sequence)?;
         self.device.prepare(&kernels(&setup, &moments)?)?;
         self.device.allocate(sequence.buffers(), keep_arenas, &setup.scene)?;
         (self.setup, self.moments) = (setup, moments);
@@ -291,6 +340,14 @@ impl<D: Device> Session<D> {
     /// The buffer that holds what the camera sees in the next frame.
     fn primary_plane(&self) -> Option<BufferId> {
         self.sequence.primary(self.next)
+    }
+
+    /// Where the next frame has its surfaces: the first word in the arena of attributes, how many there are, and the number of the first surface.
+    fn surface_plane(&self) -> Option<(usize, usize, u32)> {
+        let GivenPlanes { base, words, .. } = self.setup.given(&self.moments)?;
+        let half = self.next & 1;
+        let words_of = |words: u32| words as usize * WORD / 4;
+        Some((words_of(base + half * words), words_of(words), GivenSurface::id(half, 0)))
     }
 
     /// The passes of the next frame, which is then the last one. Whether a foreign scene has moved is told, not found.
@@ -308,7 +365,7 @@ impl<D: Device> Session<D> {
             None if self.next == 0 => History::New,
             None => History::Kept,
         };
-        let same_scene = self.next > 0 && scene.is_none() && !foreign_moved;
+        let same_scene = self.next > 0 && scene.is_none() && !foreign_moved && !view.surfaces_moved;
         // the first frame of a scene that moves brings it
         let placed = scene.or_else(|| (self.next == 0).then(|| self.setup.scene.clone()));
         self.setup.scene = placed.as_ref().unwrap_or(&self.setup.scene).clone();
@@ -320,7 +377,7 @@ impl<D: Device> Session<D> {
             camera,
             last: self.last_camera,
             scenes: self.moments.headers(),
-            features: self.setup.scene.features,
+            features: self.setup.features(),
             same_scene,
             // ids of triangles are others in a scene that was built anew
             primary_given: view.primary_given && lost.is_none(),
@@ -391,6 +448,17 @@ impl<D: Device> Session<D> {
     }
 }
 
+/// Whether the technique has a use for surfaces that are given.
+fn check_surfaces(setup: &Setup, sequence: &dyn Sequence) -> Result<(), Error> {
+    if !setup.surfaces_given || sequence.primary(0).is_some() {
+        return Ok(());
+    }
+    let name = setup.technique.about().name;
+    Err(Error::PrimaryHits {
+        problem: format!("{name} has no plane of primary hits, and no use for surfaces; choose restir-di"),
+    })
+}
+
 /// The kernels of frames to come with their constants: of a first one, of one that is as the last was, and of one that is not.
 fn kernels(setup: &Setup, moments: &Moments) -> Result<Vec<Frozen>, Error> {
     // constants are those of dispatches of any length
@@ -405,7 +473,7 @@ fn kernels(setup: &Setup, moments: &Moments) -> Result<Vec<Frozen>, Error> {
             camera,
             last: (index > 0).then_some(camera),
             scenes: moments.headers(),
-            features: setup.scene.features,
+            features: setup.features(),
             same_scene,
             primary_given: false,
             clears: false,

@@ -2,6 +2,7 @@
 
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::layout::FEATURES_UNTEXTURED;
+use restir_shared::scene::Given;
 use restir_shared::technique::restir_di::{self, DiParams, PackedHit, PackedReservoir, Planes};
 
 kernel! {
@@ -16,9 +17,10 @@ kernel! {
     }
     |x, y, at, p, frames| {
         let planes = Planes { hits, other_hits, others };
+        let frames = Given::new(frames, attributes, p.given);
         reservoirs[at] = restir_di::combine(frames, &p.specialised(settings), &planes, reservoirs[at], [x, y]).reservoir
     };
-    simd [FEATURES_UNTEXTURED] |token| {
+    simd [FEATURES_UNTEXTURED] if (p.given.words == 0) |token| {
         let planes = Planes { hits, other_hits, others };
         restir_di::combine_row(&frames, &p.specialised(settings), &planes, [x, y], reservoirs, token)
     }

@@ -3,6 +3,7 @@
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::layout::FEATURES_UNTEXTURED;
 use restir_shared::layout::FilmPixel;
+use restir_shared::scene::Given;
 use restir_shared::technique::restir_di::{self, DiPairs, DiParams, DiPoint, PackedHit};
 
 kernel! {
@@ -17,11 +18,12 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let hit = hits[(y * p.width + x) as usize];
+        let scene = Given::new(scene, attributes, p.given);
         let made = restir_di::exchange(scene, &p.specialised(settings), points, hit, [x, y]);
         pairs[at] = made.pairs;
         film[at] = made.sent
     };
-    simd [FEATURES_UNTEXTURED] |token| {
+    simd [FEATURES_UNTEXTURED] if (p.given.words == 0) |token| {
         let first = (y * p.width + x) as usize;
         let seen = (&hits[first..first + pairs.len()], [x, y]);
         restir_di::exchange_row(&scene, &p.specialised(settings), points, seen, (pairs, film), token)

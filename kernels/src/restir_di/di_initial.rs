@@ -3,6 +3,7 @@
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::layout::FEATURES_UNTEXTURED;
 use restir_shared::layout::FilmPixel;
+use restir_shared::scene::Given;
 use restir_shared::technique::restir_di::{self, DiParams, PackedHit, PackedReservoir, TileWords};
 
 kernel! {
@@ -17,11 +18,12 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let hit = hits[(y * p.width + x) as usize];
+        let scene = Given::new(scene, attributes, p.given);
         let initial = restir_di::initial(&scene, &p.specialised(settings), tiles, hit, [x, y]);
         reservoirs[at] = initial.reservoir;
         direct[at] = initial.direct
     };
-    simd [FEATURES_UNTEXTURED] |token| {
+    simd [FEATURES_UNTEXTURED] if (p.given.words == 0) |token| {
         let first = (y * p.width + x) as usize;
         let seen = (&hits[first..first + reservoirs.len()], [x, y]);
         restir_di::initial_row(&scene, &p.specialised(settings), tiles, seen, (reservoirs, direct), token)

@@ -1,5 +1,6 @@
 //! Shading with neighbours, first part.
 
+use restir_shared::scene::Given;
 use restir_shared::technique::restir_di::{self, DiParams, DiPoint, PackedHit, PackedReservoir};
 
 kernel! {
@@ -14,6 +15,7 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let index = (y * p.width + x) as usize;
+        let scene = Given::new(scene, attributes, p.given);
         points[at] = restir_di::offer(scene, &p.specialised(settings), hits[index], reservoirs[index], [x, y])
     }
 }

@@ -1,6 +1,7 @@
 //! Last pass of ReSTIR DI, where each pixel shades its own sample.
 
 use restir_shared::layout::FilmPixel;
+use restir_shared::scene::Given;
 use restir_shared::technique::restir_di::{self, DiParams, PackedHit, PackedReservoir};
 
 kernel! {
@@ -15,6 +16,7 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let index = (y * p.width + x) as usize;
+        let scene = Given::new(scene, attributes, p.given);
         film[at] = restir_di::shade(scene, &p.specialised(settings), hits[index], reservoirs[index], direct[index], [x, y])
     }
 }

@@ -46,6 +46,7 @@ impl Last {
             samples,
             mean_of: None,
             denoise: denoise.clone(),
+            surfaces_given: false,
             _more: More::default(),
         };
         let mut session = CpuSession::new(setup, CpuExecutor::new()?)?;

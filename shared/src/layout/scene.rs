@@ -147,6 +147,8 @@ pub const FEATURE_CLEAR_BORDER: u32 = 1 << 17;
 pub const FEATURE_SECOND_UVS: u32 = 1 << 18;
 /// Scene feature: textures of 16 bits a channel; with [`FEATURE_TEXTURES`].
 pub const FEATURE_FINE_TEXELS: u32 = 1 << 19;
+/// A session's feature, of no scene: surfaces of a G-buffer that the embedder gives ([`Given`](crate::scene::Given)).
+pub const FEATURE_GIVEN: u32 = 1 << 20;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
 /// The features of a scene without textures, an environment, media, and surfaces that are not everywhere.

@@ -35,7 +35,7 @@
 //! assert_eq!(hits.len(), 3);
 //! ```
 
-use super::delegate::delegate;
+use super::delegate::{delegate_lights, delegate_surfaces};
 use super::{Frames, LightAddress, Trace};
 use crate::geometry::{Hit, PackedHit, Ray};
 use bytemuck::{Pod, Zeroable};
@@ -122,11 +122,7 @@ impl DeferredRay {
     /// What an invocation asks for next, after it has run with `known` answers.
     #[inline(always)]
     pub fn after(memory: Memory<'_>, known: u32) -> Self {
-        if memory::asked(memory) > known {
-            Self { plane: known, ..memory::kept(memory) }
-        } else {
-            Self::LAST
-        }
+        if memory::asked(memory) > known { Self { plane: known, ..memory::kept(memory) } } else { Self::LAST }
     }
 }
 
@@ -206,7 +202,8 @@ impl<S> Trace for Deferred<'_, S> {
     }
 }
 
-delegate!(['a] Deferred<'a, S>, self => self.scene);
+delegate_surfaces!(['a] Deferred<'a, S>, self => self.scene);
+delegate_lights!(['a] Deferred<'a, S>, self => self.scene);
 
 impl<'a, F: Frames> Frames for Deferred<'a, F> {
     type Scene = Deferred<'a, F::Scene>;

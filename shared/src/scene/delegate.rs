@@ -1,8 +1,7 @@
 //! Types that hold a scene and answer as it does.
 
-/// Implements [`Surface`](super::Surface), [`Lights`](super::Lights) and [`AddressedLights`](super::AddressedLights) for a type that holds the scene
-/// `S`, by what `S` answers: `delegate!([?Sized] &S, self => **self)`.
-macro_rules! delegate {
+/// Implements [`Surface`](super::Surface) for a type that holds the scene `S`, by what `S` answers: `delegate_surfaces!([?Sized] &S, self => **self)`.
+macro_rules! delegate_surfaces {
     ([$($lifetime:lifetime)? $(? $unsized:ident)?] $holder:ty, $self:ident => $scene:expr) => {
         impl<$($lifetime,)? S: $crate::scene::Surface $(+ ?$unsized)?> $crate::scene::Surface for $holder {
             type Material = S::Material;
@@ -50,7 +49,13 @@ macro_rules! delegate {
                 $scene.features()
             }
         }
+    };
+}
+pub(super) use delegate_surfaces;
 
+/// The same of [`Lights`](super::Lights) and [`AddressedLights`](super::AddressedLights).
+macro_rules! delegate_lights {
+    ([$($lifetime:lifetime)? $(? $unsized:ident)?] $holder:ty, $self:ident => $scene:expr) => {
         impl<$($lifetime,)? S: $crate::scene::Lights $(+ ?$unsized)?> $crate::scene::Lights for $holder {
             #[inline(always)]
             fn sample_light(&$self, words: glam::UVec4) -> $crate::scene::LightSample {
@@ -91,4 +96,4 @@ macro_rules! delegate {
         }
     };
 }
-pub(super) use delegate;
+pub(super) use delegate_lights;

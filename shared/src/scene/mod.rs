@@ -74,6 +74,7 @@ mod deferred;
 mod delegate;
 mod environment;
 mod frames;
+mod given;
 mod light;
 mod probe;
 mod reference;
@@ -93,6 +94,7 @@ pub use deferred::Asked;
 pub use deferred::Memory;
 pub use deferred::{Deferred, DeferredRay, KnownHits};
 pub use frames::SceneFrames;
+pub use given::{Given, GivenPlanes, GivenSurface};
 #[cfg(not(target_arch = "spirv"))]
 pub use still::Probed;
 pub use still::Still;

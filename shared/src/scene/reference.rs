@@ -1,6 +1,6 @@
 //! A reference to a scene is a scene.
 
-use super::delegate::delegate;
+use super::delegate::{delegate_lights, delegate_surfaces};
 use super::{Probe, Trace};
 use crate::geometry::{Crossings, Hit, Ray};
 
@@ -28,4 +28,5 @@ impl<S: Probe + ?Sized> Probe for &S {
     }
 }
 
-delegate!([?Sized] &S, self => (**self));
+delegate_surfaces!([?Sized] &S, self => (**self));
+delegate_lights!([?Sized] &S, self => (**self));

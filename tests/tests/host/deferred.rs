@@ -64,18 +64,7 @@ impl Traced {
         let (mut problem, rounds) = (None, &mut self.rounds);
         session.frame_deferred(&mut encoder, view, &mut |encoder, round| {
             *rounds += 1;
-            // the answers are made of what was submitted, and what comes next goes on with an encoder of its own
-            let next = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            queue.submit([std::mem::replace(encoder, next).finish()]);
-            let resolved = read(device, queue, round.rays).map(|bytes| {
-                let rays: Vec<DeferredRay> = bytemuck::pod_collect_to_vec(&bytes);
-                let asked = rays.iter().take(round.count as usize).enumerate();
-                for (index, ray) in asked.filter(|(_, ray)| !ray.is_finished()) {
-                    let at = u64::from(ray.plane * round.count) + index as u64;
-                    let hit = answer(&scenes, choose, ray);
-                    queue.write_buffer(round.answers, at * 16, bytemuck::bytes_of(&hit));
-                }
-            });
+            let resolved = resolve(device, queue, encoder, round, |ray| answer(&scenes, choose, ray));
             problem = resolved.err().or(problem.take());
         })?;
         queue.submit([encoder.finish()]);
@@ -85,7 +74,37 @@ impl Traced {
     }
 }
 
-fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Result<Vec<u8>, Failed> {
+/// Traces a round in the scene of this frame and that of the last one.
+pub(super) fn trace(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    encoder: &mut wgpu::CommandEncoder,
+    round: &RayRound<'_>,
+    scenes: [&SceneBuffers; 2],
+) -> Result<(), Failed> {
+    resolve(device, queue, encoder, round, |ray| answer(&scenes, right, ray))
+}
+
+/// The answers are made of what was submitted, and what comes next goes on with an encoder of its own.
+fn resolve(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    encoder: &mut wgpu::CommandEncoder,
+    round: &RayRound<'_>,
+    answer: impl Fn(&DeferredRay) -> PackedHit,
+) -> Result<(), Failed> {
+    let next = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    queue.submit([std::mem::replace(encoder, next).finish()]);
+    let rays: Vec<DeferredRay> = bytemuck::pod_collect_to_vec(&read(device, queue, round.rays)?);
+    let asked = rays.iter().take(round.count as usize).enumerate();
+    for (index, ray) in asked.filter(|(_, ray)| !ray.is_finished()) {
+        let at = u64::from(ray.plane * round.count) + index as u64;
+        queue.write_buffer(round.answers, at * 16, bytemuck::bytes_of(&answer(ray)));
+    }
+    Ok(())
+}
+
+pub(super) fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Result<Vec<u8>, Failed> {
     let (sender, receiver) = mpsc::channel();
     wgpu::util::DownloadBuffer::read_buffer(device, queue, &buffer.slice(..), move |read| {
         // who waits for it lives longer
@@ -96,7 +115,12 @@ fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Re
 }
 
 /// How many pixels of some frames differ from those of a session that traces its rays itself; at least one round in each.
-fn differing(executor: &GpuExecutor, scene: &str, technique: Box<dyn Technique>, choose: Choose) -> Result<usize, Failed> {
+fn differing(
+    executor: &GpuExecutor,
+    scene: &str,
+    technique: Box<dyn Technique>,
+    choose: Choose,
+) -> Result<usize, Failed> {
     let buffers = SceneBuffers::build(&source(scene)?)?;
     let setup = Setup { seed: 3, ..Setup::new(buffers.clone(), technique, SIZE) };
     let mut host = CpuSession::new(setup.clone(), CpuExecutor::new()?)?;
@@ -121,7 +145,9 @@ fn differing(executor: &GpuExecutor, scene: &str, technique: Box<dyn Technique>,
 /// In scenes that move and stand still, one of which has glass in the way of light.
 fn same_bits(executor: &mut GpuExecutor) -> Result<(), Failed> {
     let scenes = ["moving", "panes"];
-    for (scene, (name, technique)) in scenes.into_iter().flat_map(|scene| techniques().into_iter().map(move |t| (scene, t))) {
+    for (scene, (name, technique)) in
+        scenes.into_iter().flat_map(|scene| techniques().into_iter().map(move |t| (scene, t)))
+    {
         let differing = differing(executor, scene, technique, right)?;
         ensure(differing == 0, || format!("{scene}, {name}: {differing} pixels differ"))?;
     }

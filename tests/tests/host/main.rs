@@ -5,6 +5,7 @@ mod dim;
 mod far;
 mod foreign;
 mod frames;
+mod given;
 mod gltf;
 mod parts;
 mod plans;
@@ -12,4 +13,4 @@ mod posed;
 mod reported;
 mod session;
 
-restir_tests::suites! { deferred dim far foreign frames gltf parts plans posed reported session }
+restir_tests::suites! { deferred dim far foreign frames given gltf parts plans posed reported session }

@@ -37,7 +37,7 @@ fn no_contractions(module: &Module) -> usize {
 fn an_exact_module_satisfies_the_allow_list_again() {
     let mut module = raw_module();
     assert!(!check(&module).is_empty());
-    post::prepare(&mut module, Flavour::Exact).unwrap();
+    post::prepare(&mut module, true).unwrap();
     assert_eq!(check(&module), []);
     assert!(module.extensions.is_empty());
     parse(&assemble(&module)).unwrap();
@@ -46,7 +46,7 @@ fn an_exact_module_satisfies_the_allow_list_again() {
 #[test]
 fn a_fast_module_gets_no_decorations_and_no_modes() {
     let mut module = raw_module();
-    post::prepare(&mut module, Flavour::Fast).unwrap();
+    post::prepare(&mut module, false).unwrap();
     assert_eq!(no_contractions(&module), 0);
     assert_eq!(module.execution_modes.len(), 1);
     assert_eq!(module.memory_model, exact_module().memory_model);
@@ -120,7 +120,7 @@ fn a_kernel_that_synchronises_is_refused() {
 fn the_entry_point_is_named_after_the_kernel() {
     let mut module = raw_module();
     module.entry_points[0].operands[2] = Operand::LiteralString("self_check::self_check".to_owned());
-    post::prepare(&mut module, Flavour::Exact).unwrap();
+    post::prepare(&mut module, true).unwrap();
     assert_eq!(module.entry_points[0].operands[2], Operand::LiteralString("self_check".to_owned()));
 }
 

@@ -11,6 +11,7 @@ use crate::technique::sequence::{Frame, Stage, Within};
 use restir_kernels::restir_di as di;
 use restir_shared::layout::{CameraParams, FilmPixel};
 use restir_shared::resample::params::{LastFrame, ReuseParams};
+use restir_shared::scene::GivenPlanes;
 use restir_shared::technique::restir_di::{
     DiPairs, DiParams, DiPoint, PackedHit, PackedReservoir, TileParams, TileWords,
 };
@@ -143,7 +144,8 @@ impl DiPasses {
 
     /// Of passes within the frame.
     fn params(&self, now: &Frame) -> DiParams {
-        of_frame(&self.of_all, now)
+        let params = of_frame(&self.of_all, now);
+        DiParams { given: GivenPlanes { half: now.index & 1, ..params.given }, ..params }
     }
 }
 
@@ -173,6 +175,7 @@ impl DiSettings {
             group: self.candidates.div_ceil(self.initial_rays),
             tiles: tiles.count,
             tile_size: tiles.size,
+            given: stage.given.unwrap_or_default(),
             ..DiParams::default()
         }
     }

@@ -5,7 +5,7 @@ use crate::layout::{CameraParams, Extent, FEATURE_CLEAR, SceneHeader};
 use crate::num;
 use crate::resample::exchange::{Neighbours, PAIRS};
 use crate::resample::params::{Flags, LastFrame, ReuseParams, reuses};
-use crate::scene::Surface;
+use crate::scene::{GivenPlanes, Surface};
 use bytemuck::{Pod, Zeroable};
 use glam::UVec4;
 
@@ -86,9 +86,11 @@ pub struct DiParams {
     /// Offsets of a shading pass, as [`super::pair_offsets`] makes them: x in the lower half, y in the upper. Every pixel has the neighbours on
     /// both sides, so that `neighbours` is twice their number.
     pub pairs: [u32; PAIRS],
+    /// Where the embedder gives surfaces, in a scene with [`FEATURE_GIVEN`](crate::layout::FEATURE_GIVEN).
+    pub given: GivenPlanes,
 }
 
-crate::fields!(DiParams: reuse, candidates, radius, near_radius, shading_pass, group, tiles, tile_size, gloss_fade, gloss_renewal, pairs);
+crate::fields!(DiParams: reuse, candidates, radius, near_radius, shading_pass, group, tiles, tile_size, gloss_fade, gloss_renewal, pairs, given);
 
 reuses!(DiParams);
 
@@ -284,7 +286,7 @@ pub struct TileWords {
 }
 
 const _: () = {
-    assert!(size_of::<DiParams>() == 392);
+    assert!(size_of::<DiParams>() == 404);
     assert!(size_of::<DiPoint>() == 48);
     assert!(size_of::<TileParams>() == 112);
     assert!(size_of::<TileWords>() == 64);
