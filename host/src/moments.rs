@@ -59,6 +59,12 @@ impl Moments {
         self.placed.as_ref().map_or(&self.scene, |[this, _]| &this.scene)
     }
 
+    /// The scene in this frame and in the last one.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn scenes(&self) -> [&Arc<SceneBuffers>; 2] {
+        self.placed.as_ref().map_or([&self.scene; 2], |placed| placed.each_ref().map(|frame| &frame.scene))
+    }
+
     /// The headers of this frame and of the last one.
     pub(crate) fn headers(&self) -> [SceneHeader; 2] {
         let placed = self.placed.as_ref();

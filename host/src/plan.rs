@@ -53,10 +53,16 @@ impl Buffer {
         arenas.map(|(name, words)| Self { name, words: words.len(), contents: Some(words.clone()) })
     }
 
-    /// The words that it holds at the start.
+    /// The words that it holds at the start: beyond its contents zeros.
     #[doc(hidden)]
     pub fn initial(&self) -> Arc<[u32]> {
-        self.contents.clone().unwrap_or_else(|| std::iter::repeat_n(0, self.words).collect())
+        match &self.contents {
+            Some(contents) if contents.len() >= self.words => contents.clone(),
+            contents => {
+                let known = contents.as_deref().unwrap_or_default();
+                known.iter().copied().chain(std::iter::repeat(0)).take(self.words).collect()
+            }
+        }
     }
 }
 

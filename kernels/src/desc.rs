@@ -72,7 +72,7 @@ pub struct KernelDesc {
 impl KernelDesc {
     /// Whether it asks for its rays ([`DeferredKernel`]).
     pub fn is_deferred(&self) -> bool {
-        self.bindings.iter().any(|binding| *binding == DeferredKernel::RAYS)
+        self.bindings.contains(&DeferredKernel::RAYS)
     }
 }
 

@@ -48,6 +48,9 @@ fn compare(shaders: PathBuf, png: Option<PathBuf>) -> Result<bool, Error> {
         let image = Image { width: SIZE[0], height: SIZE[1], pixels };
         write_png(&png, &Tone { exposure: 0.0, operator: Operator::Aces }.of(&image))?;
     }
+    if seen == 0 {
+        println!("the device's own arithmetic has the same bits, too: of this comparison nothing follows");
+    }
     Ok(differ == [0, 0] && seen > 0)
 }
 

@@ -15,7 +15,16 @@ use restir_shared::technique::restir_di::{DiParams, LastFrame, PackedReservoir, 
 /// A descriptor; the names of the bindings are those by which passes bind.
 const fn kernel(name: &'static str, bindings: &'static [Binding], native: fn(&mut NativeRow<'_>)) -> KernelDesc {
     let fields = fields_of::<DiParams>();
-    KernelDesc { name, workgroup: [8, 8, 1], constants: &[], bindings, fields, probes: false, rays: Rays::None, native }
+    KernelDesc {
+        name,
+        workgroup: [8, 8, 1],
+        constants: &[],
+        bindings,
+        fields,
+        probes: false,
+        rays: Rays::Internal,
+        native,
+    }
 }
 
 const fn read<T>(name: &'static str) -> Binding {

@@ -125,6 +125,10 @@ fn folded(a: f32, b: f32) -> f32 {
     if b < 0.0 { -rest } else { rest }
 }
 
+fn is_sphere(id: u32) -> bool {
+    (FIRST_SPHERE..FIRST_LAMP).contains(&id)
+}
+
 fn is_lamp(hit: &Hit) -> bool {
     hit.is_hit() && hit.id >= FIRST_LAMP
 }
@@ -134,8 +138,7 @@ impl Trace for Spheres<'_> {
         let mut nearest = Hit { t: ray.t_max, ..Hit::MISS };
         let mut id = 0;
         while id < THINGS {
-            let is_ball = id >= FIRST_SPHERE && id < FIRST_LAMP;
-            let (t, uv) = if is_ball { self.ball(ray, id) } else { self.plane(ray, id) };
+            let (t, uv) = if is_sphere(id) { self.ball(ray, id) } else { self.plane(ray, id) };
             if t > 0.0 && t < nearest.t {
                 nearest = Hit { t, id, uv };
             }
@@ -153,7 +156,7 @@ impl Surface for Spheres<'_> {
         let (thing, centre) = (self.thing(hit.id), self.centre(hit.id));
         let mut normal = Vec3::from_array(thing.normal);
         let mut position = Vec3::new(hit.uv.x, centre.y, hit.uv.y);
-        if hit.id >= FIRST_SPHERE && hit.id < FIRST_LAMP {
+        if is_sphere(hit.id) {
             normal = fold(hit.uv);
             position = centre + normal * thing.size;
         }

@@ -2,9 +2,9 @@
 
 use super::gpu::Gpu;
 use super::{Begun, GpuSession, View};
-use crate::Error;
 use crate::exec::gpu::{allocate, bind_group, dispatch, guarded};
 use crate::plan::{Buffer, Pass};
+use crate::{Error, buffers::SceneBuffers};
 use restir_kernels::{Binding, DeferredKernel, KernelDesc, Rays};
 use restir_shared::geometry::PackedHit;
 use restir_shared::scene::DeferredRay;
@@ -13,10 +13,11 @@ use restir_shared::scene::DeferredRay;
 ///
 /// For each i below [`Self::count`] `rays` has a [`DeferredRay`] of 48 bytes. Where its `asks` is [`DeferredRay::CLOSEST`] or
 /// [`DeferredRay::OCCLUDED`] the hit, a [`PackedHit`] of 16 bytes, goes to the element `plane * count + i` of `answers`; other rays need none.
-/// A hit has the number of its triangle in the order of [`SceneBuffers::triangles`](crate::buffers::SceneBuffers::triangles). Of a
-/// ray with `other_frame` set the hit is that in the scene of the last frame.
+/// A hit has the number of its triangle in the order of [`SceneBuffers::triangles`].
 #[derive(Clone, Copy, Debug)]
 pub struct RayRound<'a> {
+    /// The scene of this frame and, for rays with `other_frame` set, that of the last one: the same where nothing has moved.
+    pub scenes: [&'a SceneBuffers; 2],
     /// What is asked. It has the usages `STORAGE`, `COPY_SRC` and `COPY_DST`, as `answers` has.
     pub rays: &'a wgpu::Buffer,
     /// Where the answers go. Other planes hold what was answered in earlier rounds, and have to stay.
@@ -58,8 +59,11 @@ impl GpuSession {
     /// records what traces them into the encoder. It may also submit what is recorded so far, and go on with another encoder in its place.
     ///
     /// The bits are those of [`Self::frame`] if the hits are. How many rounds there are is known beforehand, and nothing is read back:
-    /// path tracing with n segments has 2 n - 1 rounds. An invocation is run again in each of them ([`restir_shared::scene::Deferred`]). The answers of
-    /// a pass take 16 bytes a pixel and round. A scene with masks or blended surfaces leaves to `trace` which of their hits count.
+    /// one sample of path tracing with n segments has 2 n - 1 rounds. An invocation is run again in each of them ([`restir_shared::scene::Deferred`]). The answers of
+    /// a pass take 16 bytes an invocation and round, its rays 48 bytes an invocation. A scene with masks or blended surfaces leaves to `trace` which of their hits count.
+    ///
+    /// The device has to allow 10 storage buffers a stage (`max_storage_buffers_per_shader_stage`), and bindings as large as the answers. Pipelines are made by the
+    /// first call.
     ///
     /// ```no_run
     /// use restir_host::session::{GpuSession, RayRound, View};
@@ -75,66 +79,87 @@ impl GpuSession {
     ///
     /// # Errors
     /// As of [`Self::frame`]; [`Error::Kernel`] if the technique has a kernel that traces rays itself: techniques other than `path`, `restir-di` and
-    /// `restir-pt`, scenes in which light goes through media, and frames that are denoised.
+    /// `restir-pt`, scenes in which light goes through media, and frames that are denoised; [`Error::Binding`] if the answers are larger than the device binds. An edit
+    /// that makes such a scene, and answers that do not fit, are found when the frame has begun: the session should then be [reset](super::Session::reset).
     pub fn frame_deferred(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         view: &View<'_>,
         trace: &mut dyn FnMut(&mut wgpu::CommandEncoder, &RayRound<'_>),
     ) -> Result<Begun, Error> {
-        for (kernel, _) in super::kernels(&self.setup, &self.moments)? {
-            check(kernel, &self.device.device)?;
+        if !self.device.is_deferrable {
+            let kernels = super::kernels(&self.setup, &self.moments)?;
+            self.device.prepare_deferred(kernels.iter().map(|(kernel, constants)| (*kernel, constants)))?;
+            self.device.is_deferrable = true;
         }
         let (passes, begun) = self.passes(view, false)?;
         let passes = super::gpu::numbered(passes);
-        let device = self.device.device.clone();
-        guarded(&device, || self.device.record_deferred(encoder, &passes, trace))?;
+        let scenes = self.moments.scenes().map(|scene| &**scene);
+        self.device.record_deferred(encoder, &passes, scenes, trace)?;
         Ok(begun)
     }
 }
 
-/// Whether the kernel traces no rays, or has a form whose rays are traced elsewhere and which fits the device.
-fn check(kernel: &KernelDesc, device: &wgpu::Device) -> Result<(), Error> {
-    let refuse = |problem: String| Err(Error::Kernel { kernel: kernel.name.to_owned(), source: problem.into() });
-    let most = device.limits().max_storage_buffers_per_shader_stage;
+/// The kernel itself if it traces no rays, else its form whose rays are traced elsewhere.
+fn form(kernel: &'static KernelDesc) -> Result<&'static KernelDesc, Error> {
     match kernel.rays {
-        Rays::None => Ok(()),
-        Rays::Deferrable(form) if form.desc.bindings.len() > most as usize => refuse(format!(
-            "its form whose rays are traced elsewhere has {} storage buffers, and the device allows {most}; ask for more by \
-             max_storage_buffers_per_shader_stage",
-            form.desc.bindings.len()
-        )),
-        Rays::Deferrable(_) => Ok(()),
-        _ => refuse(
-            "it traces its rays itself; choose path, restir-di or restir-pt, a scene without media, and no denoiser, or let the \
-             session trace rays"
-                .to_owned(),
-        ),
+        Rays::None => Ok(kernel),
+        Rays::Deferrable(form) => Ok(&form.desc),
+        _ => {
+            let problem = "it traces its rays itself; choose path, restir-di or restir-pt, a scene without media, and no \
+                           denoiser, or let the session trace rays";
+            Err(Error::Kernel { kernel: kernel.name.to_owned(), source: problem.into() })
+        }
     }
 }
 
+/// Whether the device binds as many buffers as the kernel has.
+fn check_bindings(kernel: &KernelDesc, device: &wgpu::Device) -> Result<(), Error> {
+    let (buffers, most) = (kernel.bindings.len(), device.limits().max_storage_buffers_per_shader_stage);
+    if buffers <= most as usize {
+        return Ok(());
+    }
+    let problem = format!(
+        "it has {buffers} storage buffers, and the device allows {most}; ask for more by \
+         max_storage_buffers_per_shader_stage"
+    );
+    Err(Error::Kernel { kernel: kernel.name.to_owned(), source: problem.into() })
+}
+
 impl Gpu {
+    /// Compiles the forms of kernels that frames will have.
+    fn prepare_deferred<'a>(
+        &mut self,
+        kernels: impl Iterator<Item = (&'static KernelDesc, &'a Vec<u32>)>,
+    ) -> Result<(), Error> {
+        let forms = kernels.map(|(kernel, constants)| Ok((form(kernel)?, constants.clone())));
+        let forms: Vec<_> = forms.collect::<Result<_, Error>>()?;
+        forms.iter().try_for_each(|(form, _)| check_bindings(form, &self.device))?;
+        let device = self.device.clone();
+        guarded(&device, || self.pipelines.prepare(&forms, &mut |_, _| {}))
+    }
+
     fn record_deferred(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         passes: &[(Pass, usize)],
+        scenes: [&SceneBuffers; 2],
         trace: &mut dyn FnMut(&mut wgpu::CommandEncoder, &RayRound<'_>),
     ) -> Result<(), Error> {
+        self.prepare_deferred(passes.iter().map(|(pass, _)| (pass.kernel, &pass.constants)))?;
         let first = self.buffers.len();
-        let form =
-            |pass: &Pass| pass.kernel.rays.deferred().map(|form| DeferredPass::of(pass, form, first)).transpose();
-        let forms: Vec<Option<DeferredPass>> = passes.iter().map(|(pass, _)| form(pass)).collect::<Result<_, _>>()?;
-        let run = |(pass, form): (&(Pass, usize), &Option<DeferredPass>)| {
-            form.as_ref().map_or(pass.0.kernel, |form| form.pass.kernel)
-        };
-        let kernels = passes.iter().zip(&forms).map(|pass| (run(pass), pass.0.0.constants.clone()));
-        self.pipelines.prepare(&kernels.collect::<Vec<_>>(), &mut |_, _| {})?;
-        self.upload(encoder, passes);
+        let of = |pass: &Pass| pass.kernel.rays.deferred().map(|form| DeferredPass::of(pass, form, first)).transpose();
+        let forms: Vec<Option<DeferredPass>> = passes.iter().map(|(pass, _)| of(pass)).collect::<Result<_, _>>()?;
+        let device = self.device.clone();
         let buffers = self.with_rays(&forms)?;
+        guarded(&device, || {
+            self.upload(encoder, passes);
+            Ok(())
+        })?;
         for (form, pass) in forms.iter().zip(passes) {
             match form {
-                Some(form) => self.rounds(encoder, form, pass, &buffers, trace)?,
-                None => self.dispatch(encoder, std::slice::from_ref(pass))?,
+                Some(form) => self.rounds(encoder, form, pass, &buffers, scenes, trace)?,
+                None => guarded(&device, || self.dispatch(encoder, std::slice::from_ref(pass)))?,
             }
         }
         self.last.clear();
@@ -158,31 +183,34 @@ impl Gpu {
         Ok(self.buffers.iter().chain(&self.rays).cloned().collect())
     }
 
+    /// What the renderer records is not guarded: its errors are its own.
     fn rounds(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         form: &DeferredPass,
         (of, before): &(Pass, usize),
         buffers: &[wgpu::Buffer],
+        scenes: [&SceneBuffers; 2],
         trace: &mut dyn FnMut(&mut wgpu::CommandEncoder, &RayRound<'_>),
     ) -> Result<(), Error> {
+        let device = self.device.clone();
         let pipeline = self.pipelines.get(form.pass.kernel, &form.pass.constants)?;
         let params = self.params(of.kernel, *before);
-        let group = bind_group(&self.device, &form.pass, &pipeline, &params, buffers);
+        let group = guarded(&device, || Ok(bind_group(&device, &form.pass, &pipeline, &params, buffers)))?;
         let [answers, rays] = [&self.rays[0], &self.rays[1]];
-        let run = |encoder: &mut wgpu::CommandEncoder| {
-            let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            dispatch(&mut compute, &form.pass, &pipeline, &group);
-        };
         encoder.clear_buffer(rays, 0, None);
-        for round in 0..form.most_rays {
-            run(encoder);
-            trace(
-                encoder,
-                &RayRound { rays, answers, count: form.count() as u32, round, kernel: form.pass.kernel.name },
-            );
+        for round in 0..=form.most_rays {
+            guarded(&device, || {
+                let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                dispatch(&mut compute, &form.pass, &pipeline, &group);
+                Ok(())
+            })?;
+            // after the last round all rays are known
+            if round < form.most_rays {
+                let (count, kernel) = (form.count() as u32, form.pass.kernel.name);
+                trace(encoder, &RayRound { scenes, rays, answers, count, round, kernel });
+            }
         }
-        run(encoder);
         Ok(())
     }
 }

@@ -26,6 +26,8 @@ pub struct Gpu {
     pub(super) buffers: Vec<wgpu::Buffer>,
     /// Of frames whose rays the renderer traces: their answers, and the rays.
     pub(super) rays: Vec<wgpu::Buffer>,
+    /// The kernels of such frames are known to have a form for it, and are compiled.
+    pub(super) is_deferrable: bool,
     /// The parameters of each pass of a frame, by kernel and how often it came before.
     params: HashMap<(&'static str, usize), wgpu::Buffer>,
     groups: HashMap<Bound, wgpu::BindGroup>,
@@ -44,6 +46,7 @@ impl Device for Gpu {
         let made = guarded(&self.device, || allocate(&self.device, &buffers[kept..]))?;
         self.groups.clear();
         self.rays.clear();
+        self.is_deferrable = false;
         self.buffers.truncate(kept);
         self.buffers.extend(made);
         Ok(())
@@ -170,6 +173,7 @@ impl GpuSession {
             pipelines,
             buffers: Vec::new(),
             rays: Vec::new(),
+            is_deferrable: false,
             params: HashMap::new(),
             groups: HashMap::new(),
             last: Vec::new(),

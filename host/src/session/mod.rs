@@ -77,7 +77,9 @@ pub struct Setup {
     pub denoise: Option<Denoise>,
     /// The renderer gives what the camera sees as surfaces, a G-buffer that need not show anything of the scene: in each frame it fills the
     /// session's plane of surfaces (`surfaces` of `GpuSession`, [`CpuSession::surfaces_mut`]) and that of primary hits, with the number that the former says, and gives
-    /// [`View::primary_given`]. Rays meet the scene alone. For techniques that have a plane of primary hits.
+    /// [`View::primary_given`]. Rays meet the scene alone. For techniques that have a plane of primary hits, without a denoiser. The planes take 256 bytes a pixel, in
+    /// one binding with the scene's attributes: 530 MB at 1920 x 1080. A frame whose scene is built anew ([`History::Lost`]) shows the scene's own surfaces: go on by
+    /// [`Session::set_scene`] before the planes are written.
     pub surfaces_given: bool,
     #[doc(hidden)]
     pub _more: More,
@@ -140,6 +142,7 @@ impl Setup {
     fn given(&self, moments: &Moments) -> Option<GivenPlanes> {
         let [_, attributes, _] = moments.buffers();
         let [width, height] = self.size;
+        // at most 2^31, as an image has at most 2^28 pixels
         let words = width * height * (size_of::<GivenSurface>() / WORD) as u32;
         let base = attributes.words.div_ceil(WORD / 4) as u32;
         self.surfaces_given.then_some(GivenPlanes { base, words, half: 0 })
@@ -148,13 +151,7 @@ impl Setup {
     fn arenas(&self, moments: &Moments) -> [Buffer; 3] {
         let mut arenas = moments.buffers();
         if let Some(GivenPlanes { base, words, .. }) = self.given(moments) {
-            let attributes = &mut arenas[ATTRIBUTES];
-            attributes.words = (base + 2 * words) as usize * WORD / 4;
-            if let Some(contents) = &mut attributes.contents {
-                let mut longer = contents.to_vec();
-                longer.resize(attributes.words, 0);
-                *contents = longer.into();
-            }
+            arenas[ATTRIBUTES].words = (base as usize + 2 * words as usize) * WORD / 4;
         }
         arenas
     }
@@ -280,7 +277,7 @@ impl<D: Device> Session<D> {
         setup.check()?;
         let moments = Moments::new(setup.scene.clone(), setup.parts());
         let sequence = setup.sequence(&moments, D::DISPATCHES);
-        check_surfaces(&setup, &*sequence)?;
+        check_surfaces(&setup, &moments, &*sequence)?;
         device.prepare(&kernels(&setup, &moments)?)?;
         device.allocate(sequence.buffers(), false, &setup.scene)?;
         Ok(Self { setup, moments, sequence, next: 0, in_mean: 0, last_camera: None, device })
@@ -329,7 +326,7 @@ impl<D: Device> Session<D> {
             Moments::new(setup.scene.clone(), setup.parts())
         };
         let sequence = setup.sequence(&moments, D::DISPATCHES);
-        check_surfaces(&setup, &*sequence)?;
+        check_surfaces(&setup, &moments, &*sequence)?;
         self.device.prepare(&kernels(&setup, &moments)?)?;
         self.device.allocate(sequence.buffers(), keep_arenas, &setup.scene)?;
         (self.setup, self.moments) = (setup, moments);
@@ -448,15 +445,26 @@ impl<D: Device> Session<D> {
     }
 }
 
-/// Whether the technique has a use for surfaces that are given.
-fn check_surfaces(setup: &Setup, sequence: &dyn Sequence) -> Result<(), Error> {
-    if !setup.surfaces_given || sequence.primary(0).is_some() {
-        return Ok(());
+/// Whether surfaces that are given are of use, and can be addressed.
+fn check_surfaces(setup: &Setup, moments: &Moments, sequence: &dyn Sequence) -> Result<(), Error> {
+    let Some(GivenPlanes { base, words, .. }) = setup.given(moments) else { return Ok(()) };
+    let refuse = |problem: String| Err(Error::PrimaryHits { problem });
+    let (last, most) = (u64::from(base) + 2 * u64::from(words), u64::from(u32::MAX));
+    if setup.scene.is_foreign() {
+        return refuse("a foreign scene knows its surfaces itself; answer for them there".to_owned());
     }
-    let name = setup.technique.about().name;
-    Err(Error::PrimaryHits {
-        problem: format!("{name} has no plane of primary hits, and no use for surfaces; choose restir-di"),
-    })
+    if setup.denoise.is_some() {
+        return refuse("the denoiser looks at the scene, not at surfaces that are given; leave it out".to_owned());
+    }
+    if sequence.primary(0).is_none() {
+        let name = setup.technique.about().name;
+        return refuse(format!("{name} has no plane of primary hits, and no use for surfaces; choose restir-di"));
+    }
+    if last > most {
+        let word = WORD as u64;
+        return Err(Error::Binding { buffer: "attributes", bytes: last * word, limit: most * word });
+    }
+    Ok(())
 }
 
 /// The kernels of frames to come with their constants: of a first one, of one that is as the last was, and of one that is not.

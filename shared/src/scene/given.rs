@@ -154,7 +154,9 @@ impl<'a, S> Given<'a, S> {
 impl<S: Surface> Given<'_, S> {
     #[inline(always)]
     fn gives(&self, hit: &Hit) -> bool {
-        (self.scene.features() & FEATURE_GIVEN != 0) & (hit.id >> GIVEN_SHIFT == GIVEN)
+        // a scene of other types may have the feature, which it knows nothing of, and such numbers
+        let has_planes = (self.scene.features() & FEATURE_GIVEN != 0) & (self.planes.words != 0);
+        has_planes & (hit.id >> GIVEN_SHIFT == GIVEN)
     }
 
     #[inline(always)]

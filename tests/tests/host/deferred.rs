@@ -26,6 +26,7 @@ pub(crate) fn trials() -> Vec<Trial> {
         vec![
             adapter.trial("the bits of rays that are traced inside", same_bits),
             adapter.trial("a tracer that takes the wrong frame is seen", wrong_frames_are_seen),
+            adapter.trial("whatever happens to the scene and to the session", whatever_happens),
             adapter.trial("what traces its rays itself is refused", others_are_refused),
         ]
     })
@@ -58,13 +59,13 @@ impl Traced {
         Ok(Self { player: OnDevice::new(executor, setup)?, rounds: 0 })
     }
 
-    fn frame(&mut self, view: &View<'_>, scenes: [&SceneBuffers; 2], choose: Choose) -> Result<Vec<FilmPixel>, Failed> {
+    fn frame(&mut self, view: &View<'_>, choose: Choose) -> Result<Vec<FilmPixel>, Failed> {
         let OnDevice { session, device, queue } = &mut self.player;
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (mut problem, rounds) = (None, &mut self.rounds);
         session.frame_deferred(&mut encoder, view, &mut |encoder, round| {
             *rounds += 1;
-            let resolved = resolve(device, queue, encoder, round, |ray| answer(&scenes, choose, ray));
+            let resolved = resolve(device, queue, encoder, round, choose);
             problem = resolved.err().or(problem.take());
         })?;
         queue.submit([encoder.finish()]);
@@ -74,15 +75,14 @@ impl Traced {
     }
 }
 
-/// Traces a round in the scene of this frame and that of the last one.
+/// Traces a round.
 pub(super) fn trace(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     encoder: &mut wgpu::CommandEncoder,
     round: &RayRound<'_>,
-    scenes: [&SceneBuffers; 2],
 ) -> Result<(), Failed> {
-    resolve(device, queue, encoder, round, |ray| answer(&scenes, right, ray))
+    resolve(device, queue, encoder, round, right)
 }
 
 /// The answers are made of what was submitted, and what comes next goes on with an encoder of its own.
@@ -91,7 +91,7 @@ fn resolve(
     queue: &wgpu::Queue,
     encoder: &mut wgpu::CommandEncoder,
     round: &RayRound<'_>,
-    answer: impl Fn(&DeferredRay) -> PackedHit,
+    choose: Choose,
 ) -> Result<(), Failed> {
     let next = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     queue.submit([std::mem::replace(encoder, next).finish()]);
@@ -99,7 +99,7 @@ fn resolve(
     let asked = rays.iter().take(round.count as usize).enumerate();
     for (index, ray) in asked.filter(|(_, ray)| !ray.is_finished()) {
         let at = u64::from(ray.plane * round.count) + index as u64;
-        queue.write_buffer(round.answers, at * 16, bytemuck::bytes_of(&answer(ray)));
+        queue.write_buffer(round.answers, at * 16, bytemuck::bytes_of(&answer(&round.scenes, choose, ray)));
     }
     Ok(())
 }
@@ -125,19 +125,16 @@ fn differing(
     let setup = Setup { seed: 3, ..Setup::new(buffers.clone(), technique, SIZE) };
     let mut host = CpuSession::new(setup.clone(), CpuExecutor::new()?)?;
     let mut traced = Traced::new(executor, setup)?;
-    let mut last = buffers.clone();
     let mut differing = 0;
     for frame in 0..FRAMES {
-        let this = buffers.at(f64::from(frame))?;
         let scene = SceneChange::Frame(f64::from(frame));
         let view = View { camera: Some(camera(frame)), scene, ..View::default() };
         host.frame(&view)?;
         let before = traced.rounds;
-        let pixels = traced.frame(&view, [&this, &last], choose)?;
+        let pixels = traced.frame(&view, choose)?;
         ensure(traced.rounds > before, || format!("frame {frame} asks for no ray"))?;
         let differ = |(a, b): &(&FilmPixel, &FilmPixel)| bytemuck::bytes_of(*a) != bytemuck::bytes_of(*b);
         differing += host.pixels().iter().zip(&pixels).filter(differ).count();
-        last = this;
     }
     Ok(differing)
 }
@@ -159,6 +156,41 @@ fn wrong_frames_are_seen(executor: &mut GpuExecutor) -> Result<(), Failed> {
     let technique = Trials::of("restir-pt")?.with("")?;
     let differing = differing(executor, "moving", technique, |_| 0)?;
     ensure(differing > 0, || "rays of the last frame's scene are asked of this one's, and nobody sees it".to_owned())
+}
+
+/// The scene is edited, built anew, and replaced; the session is resized, reset, and has another technique, and several samples a frame.
+fn whatever_happens(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let scene = source("moving")?;
+    let of = |name: &str, text: &str| Trials::of(name).and_then(|trials| trials.with(text));
+    let setup = Setup::new(SceneBuffers::build_editable(&scene.at(0.0))?, of("restir-di", "")?, SIZE);
+    let setup = Setup { samples: 2, ..setup };
+    let mut host = CpuSession::new(setup.clone(), CpuExecutor::new()?)?;
+    let mut traced = Traced::new(executor, setup)?;
+    for frame in 0..8 {
+        let mut edited = scene.at(f64::from(frame / 2));
+        match frame {
+            2 => edited.instances.truncate(edited.instances.len() - 1),
+            3 => (host.resize([9, 7])?, traced.player.session.resize([9, 7])?).1,
+            4 => (host.reset(), traced.player.session.reset()).1,
+            5 => {
+                host.set_technique(of("restir-pt", "")?)?;
+                traced.player.session.set_technique(of("restir-pt", "")?)?;
+            }
+            6 => {
+                host.set_technique(of("path", "max_depth=3")?)?;
+                traced.player.session.set_technique(of("path", "max_depth=3")?)?;
+            }
+            _ => (),
+        }
+        let scene = if frame == 7 { SceneChange::None } else { SceneChange::Edited(&edited) };
+        let view = View { camera: Some(camera(frame)), scene, ..View::default() };
+        let begun = host.frame(&view)?;
+        let pixels = traced.frame(&view, right)?;
+        let same =
+            bytemuck::cast_slice::<FilmPixel, u8>(host.pixels()) == bytemuck::cast_slice::<FilmPixel, u8>(&pixels);
+        ensure(same, || format!("frame {frame}, {:?}: the pixels are others", begun.history))?;
+    }
+    Ok(())
 }
 
 fn others_are_refused(executor: &mut GpuExecutor) -> Result<(), Failed> {

@@ -4,6 +4,7 @@ use super::deferred::read;
 use super::session::{OnDevice, SIZE, camera, source};
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
+use restir_host::denoise::Denoise;
 use restir_host::exec::{CpuExecutor, GpuExecutor};
 use restir_host::scene::Camera;
 use restir_host::session::{CpuSession, SceneChange, Setup, View};
@@ -94,10 +95,12 @@ fn the_picture_of_the_built_in_first_pass() -> Result<(), Failed> {
     Ok(())
 }
 
+type Change = fn(&mut GivenSurface);
+
 /// The scene's triangles are not asked: where the surfaces say something else the picture does, and where motion is wrong other pixels are
 /// reused.
 fn what_is_given_is_shown() -> Result<(), Failed> {
-    let wrong: [(&str, fn(&mut GivenSurface)); 3] = [
+    let wrong: [(&str, Change); 3] = [
         ("a colour", |surface| surface.base_color[0] *= 0.5),
         ("a normal", |surface| surface.shading_normal = [0.0, 0.6, 0.8]),
         ("a motion vector", |surface| surface.last_position[0] += 0.3),
@@ -112,8 +115,13 @@ fn what_is_given_is_shown() -> Result<(), Failed> {
 fn others_are_refused() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&source("cornell")?)?;
     let setup = Setup { surfaces_given: true, ..Setup::new(buffers, PathSettings::default(), SIZE) };
-    let refused = CpuSession::new(setup, CpuExecutor::new()?).err().map(|error| error.to_string()).unwrap_or_default();
-    ensure(refused.contains("choose restir-di"), || format!("told {refused:?}"))
+    let denoised = Setup { technique: settings("").into(), denoise: Some(Denoise::default()), ..setup.clone() };
+    let foreign = Setup { surfaces_given: true, ..Setup::foreign(0, settings(""), SIZE) };
+    for (setup, expected) in [(setup, "choose restir-di"), (denoised, "denoiser"), (foreign, "foreign scene")] {
+        let told = CpuSession::new(setup, CpuExecutor::new()?).err().map(|error| error.to_string()).unwrap_or_default();
+        ensure(told.contains(expected), || format!("told {told:?} instead of {expected}"))?;
+    }
+    Ok(())
 }
 
 /// On a device, whose session traces rays itself or has them traced.
@@ -138,7 +146,7 @@ fn on_device(executor: &mut GpuExecutor) -> Result<(), Failed> {
             if deferred {
                 let mut problem = None;
                 session.frame_deferred(&mut encoder, &view, &mut |encoder, round| {
-                    let traced = super::deferred::trace(&device, &queue, encoder, round, [&this, &last]);
+                    let traced = super::deferred::trace(&device, &queue, encoder, round);
                     problem = traced.err().or(problem.take());
                 })?;
                 problem.map_or(Ok(()), Err)?;

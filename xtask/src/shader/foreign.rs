@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use super::build::{describe, files, summary, toolchain};
 use super::flavour::Flavour;
 use super::pipeline::{self, Modules};
-use super::workspace::Workspace;
+use super::workspace::{MANIFEST, Workspace};
 use super::{allow, module, portable, publish};
 use crate::Error;
 
@@ -18,6 +18,7 @@ use crate::Error;
 pub(super) fn run(workspace: &Workspace, folder: &Path, out: &Path, install_toolchain: bool) -> Result<(), Error> {
     let folder = std::path::absolute(folder).map_err(Error::io("find", folder))?;
     require_fast(&folder)?;
+    require_modules_only(out)?;
     let toolchain = toolchain(workspace, install_toolchain)?;
     let identity = toolchain.identity()?;
     let digest = digest(&folder)?;
@@ -36,6 +37,19 @@ pub(super) fn run(workspace: &Workspace, folder: &Path, out: &Path, install_tool
     }
     println!("{} {}", out.display(), if changed { "was replaced" } else { "was up to date" });
     Ok(())
+}
+
+/// What stands in the folder is replaced, so it holds nothing but what an earlier build has written.
+fn require_modules_only(out: &Path) -> Result<(), Error> {
+    let made = |file: &Path| file == Path::new(MANIFEST) || file.extension().is_some_and(|ending| ending == "spv");
+    match publish::read_files(out)?.keys().find(|file| !made(file)) {
+        None => Ok(()),
+        Some(file) => Err(Error::Environment(format!(
+            "{} holds {}, which no build of shaders has written, and would be lost; give an empty or a new folder",
+            out.display(),
+            file.display()
+        ))),
+    }
 }
 
 /// The crate has a feature for the flavour that is not exact.
@@ -91,6 +105,17 @@ fn findings(built: &Modules) -> (Vec<String>, Vec<(String, usize)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_with_other_files_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(require_modules_only(&folder.path().join("new")).is_ok());
+        publish::write(&folder.path().join("exact/a.spv"), b"").unwrap();
+        publish::write(&folder.path().join(MANIFEST), b"").unwrap();
+        assert!(require_modules_only(folder.path()).is_ok());
+        publish::write(&folder.path().join("src/lib.rs"), b"").unwrap();
+        assert!(require_modules_only(folder.path()).unwrap_err().to_string().contains("src/lib.rs"));
+    }
 
     #[test]
     fn a_crate_without_the_feature_is_told() {

@@ -200,8 +200,9 @@ pub(crate) fn allocate(device: &wgpu::Device, buffers: &[Buffer]) -> Result<Vec<
         let size = buffer.words as u64 * 4;
         let label = Some(buffer.name);
         match &buffer.contents {
-            Some(words) => {
-                let contents = bytemuck::cast_slice(words);
+            Some(_) => {
+                let words = buffer.initial();
+                let contents = bytemuck::cast_slice(&words);
                 device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage })
             }
             None => device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false }),

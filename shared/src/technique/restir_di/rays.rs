@@ -20,13 +20,16 @@ impl DiParams {
         (drawn.div_ceil(of_group.max(1)) + 2) * self.rays_of_way(features)
     }
 
-    /// Of [`super::combine`]: for each sample at its own pixel and at the one that combines, at every pixel for a form that asks for all.
+    /// Of [`super::combine`]: for the samples of all inputs at the pixel that combines, and for its own at each of the others; for each sample at
+    /// every pixel, if the form asks for that. What a pixel knows of its own sample is not enough where light comes through glass.
     #[doc(hidden)]
     pub fn most_rays_of_combine(&self, features: u32) -> u32 {
-        let inputs = self.neighbours + 2;
-        let form = self.flags.form();
-        let targets = if form.asks_for_third() { (inputs + 1) * inputs } else { 3 * inputs };
-        targets * self.rays_of_way(features)
+        let others = self.neighbours + u32::from(self.flags.contains(Flags::OTHER_FRAME));
+        let inputs = others + 1;
+        let of_way = self.rays_of_way(features);
+        let forgotten = u32::from(of_way > 1);
+        let third = self.flags.form().asks_for_third();
+        of_way * if third { (inputs + 1) * inputs } else { inputs + others * (1 + forgotten) }
     }
 
     /// Of [`super::shade`] and [`super::offer`].
