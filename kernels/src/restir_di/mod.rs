@@ -8,7 +8,8 @@
 //! assert_eq!(frame, ["di_initial", "di_combine", "di_shade"]);
 //! ```
 
-// it is listed by way of di_primary
+// di_primary lists it
+#[doc(hidden)]
 pub mod di_primary_deferred;
 
 kernels! {

@@ -20,7 +20,7 @@ impl Copy {
     fn new() -> Self {
         let copy = Self { folder: tempfile::tempdir().unwrap() };
         let root = Workspace::current().root().to_owned();
-        for path in ["Cargo.toml", "Cargo.lock", "shared", "kernels", "xtask/src/shader"] {
+        for path in ["Cargo.toml", "Cargo.lock", "shared", "kernels", "spirv-exact", "xtask/src/shader"] {
             copy_tree(&root.join(path), &copy.folder.path().join(path));
         }
         copy.edit_manifest(|manifest| manifest.source_digest = source_digest(&copy.workspace()).unwrap());
