@@ -144,8 +144,11 @@ impl DiPasses {
 
     /// Of passes within the frame.
     fn params(&self, now: &Frame) -> DiParams {
-        let params = of_frame(&self.of_all, now);
-        DiParams { given: GivenPlanes { half: now.index & 1, ..params.given }, ..params }
+        let mut params = of_frame(&self.of_all, now);
+        if params.given != GivenPlanes::default() {
+            params.given.half = now.index & 1;
+        }
+        params
     }
 }
 
