@@ -8,7 +8,7 @@ use restir_shared::technique::restir_di::{self, DiParams, PackedReservoir, Plane
 #[cfg(target_arch = "spirv")]
 use spirv_std::{glam::UVec3, spirv};
 
-/// Path tracing: the sum of a block of samples. Of a frame, whose number is the seed.
+/// Path tracing: the sum of a block of samples. The seed is also the number of the frame that is shown.
 pub fn path_pixel(params: &PathParams, things: &[Thing], at: [u32; 2]) -> FilmPixel {
     path::pixel(&Spheres::of_frame(things, params.seed), params, at[0], at[1])
 }

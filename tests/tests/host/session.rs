@@ -28,7 +28,7 @@ use restir_tests::suite::{Trial, ensure};
 use restir_tests::technique::Trials;
 use restir_tests::technique::restir_di::settings;
 use std::pin::pin;
-use std::sync::{Arc, mpsc};
+use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
 
 pub(super) const SIZE: [u32; 2] = [18, 12];
@@ -125,13 +125,7 @@ impl OnDevice {
     }
 
     fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>, Failed> {
-        let (sender, receiver) = mpsc::channel();
-        wgpu::util::DownloadBuffer::read_buffer(&self.device, &self.queue, &buffer.slice(..), move |read| {
-            // who waits for it lives longer
-            let _ = sender.send(read.map(|view| view.to_vec()));
-        });
-        self.device.poll(wgpu::PollType::wait_indefinitely())?;
-        Ok(receiver.recv()??)
+        super::deferred::read(&self.device, &self.queue, buffer)
     }
 }
 
