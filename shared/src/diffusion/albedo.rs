@@ -19,11 +19,22 @@ pub fn diffuse_albedo(albedo: f32, absorbed: f32, anisotropy: f32) -> f32 {
     albedo * albedo_share(absorbed, anisotropy)
 }
 
+/// 1 less `g albedo`.
+#[inline(always)]
+fn unlike(absorbed: f32, anisotropy: f32) -> f32 {
+    (1.0 - anisotropy) + anisotropy * absorbed
+}
+
+/// `q = sqrt((1 - albedo) / (1 - g albedo))`, in [0, 1].
+#[inline(always)]
+pub(super) fn root_absorbed(absorbed: f32, anisotropy: f32) -> f32 {
+    sqrt(div(absorbed, unlike(absorbed, anisotropy)))
+}
+
 /// [`diffuse_albedo`] over the albedo.
 #[inline(always)]
 pub(super) fn albedo_share(absorbed: f32, anisotropy: f32) -> f32 {
-    let unlike = (1.0 - anisotropy) + anisotropy * absorbed;
-    let q = sqrt(div(absorbed, unlike));
+    let (unlike, q) = (unlike(absorbed, anisotropy), root_absorbed(absorbed, anisotropy));
     // 1 - q^2 = albedo (1 - g) / (1 - g albedo)
     div(1.0 - anisotropy, unlike * ((1.0 + q) * (1.0 + FIT * q)))
 }

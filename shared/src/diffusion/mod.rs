@@ -15,7 +15,7 @@
 //! The density of a point is that of all axes and channels that can find it.
 //!
 //! A profile holds light that has scattered any number of times. Who finds light that has scattered once by other means
-//! subtracts it: [`single_profile`], [`Multiple`].
+//! subtracts it: [`single_profile`], [`Multiple`]. Who knows how thick the body is takes the rest to that: [`Thickness`].
 //!
 //! ```
 //! use restir_shared::diffusion::{Disk, DiskNumbers, Profile, Shape};
@@ -48,6 +48,7 @@ mod multiple;
 mod profile;
 mod radial;
 mod shape;
+mod thickness;
 
 pub use albedo::{ALBEDO_SLOPE, diffuse_albedo};
 pub use disk::{Disk, DiskNumbers, Support};
@@ -56,3 +57,4 @@ pub use multiple::{Multiple, Remainder, single_profile};
 pub use profile::Profile;
 pub use radial::{REACH, TAIL, ccdf, cdf, invert_radius, radial_profile, sample_radius};
 pub use shape::Shape;
+pub use thickness::{Depth, Thickness, thickness};

@@ -60,6 +60,16 @@ crate::choices! {
 }
 
 crate::choices! {
+    /// What the profile of a hybrid knows of how thick a body is.
+    pub enum Thickness {
+        /// How far the ray of the boundary term goes through it: thin places send less back, and let more through.
+        "measured" => Measured,
+        /// Nothing: every body is a half space, as it is published.
+        "ignored" => Ignored,
+    }
+}
+
+crate::choices! {
     /// How light that has collided once comes out.
     pub enum WayOut {
         /// All the way, dimmed.
@@ -152,6 +162,7 @@ impl Hybrid {
             | PathFlags::BY_ALBEDO.only_if(s.radius_channel == RadiusChoice::Albedo)
             | PathFlags::PUBLISHED.only_if(s.support == SupportChoice::Published)
             | PathFlags::GOES_ON.only_if(profile && s.profile_paths)
+            | PathFlags::THICKNESS.only_if(s.knows_thickness())
     }
 
     /// The kernels that have something to do.

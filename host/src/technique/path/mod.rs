@@ -25,7 +25,7 @@ mod plan;
 mod replay;
 mod vertices;
 
-pub use hybrid::{Crossings, Fit, Parts, RadiusChoice, SupportChoice, WayOut};
+pub use hybrid::{Crossings, Fit, Parts, RadiusChoice, SupportChoice, Thickness, WayOut};
 pub use media::{AfterSubsurface, Subsurface};
 pub use orders::Orders;
 // of one sample, for suites
@@ -79,6 +79,8 @@ crate::settings! {
         parts: Parts = Parts::All;
         /// Which fit gives the width of profiles.
         profile: Fit = Fit::Diffuse;
+        /// What the profile knows of how thick a body is, in a hybrid.
+        thickness: Thickness = Thickness::Measured;
         /// In a hybrid the profile keeps light that has collided once, which is then counted twice: wrong on purpose, to show the error.
         counted_twice: bool = false;
         /// How light that has collided once leaves the medium, in a hybrid.
@@ -107,6 +109,7 @@ const OF_WALKS: &[&str] = &["lights_inside", "after_subsurface", "orders", "long
 const OF_PROFILES: &[&str] = &[
     "parts",
     "profile",
+    "thickness",
     "counted_twice",
     "way_out",
     "crossings",
@@ -127,6 +130,11 @@ impl PathSettings {
     /// The frames of another technique's path tracing, which finds what profiles hold itself, from the plane `entries` on.
     pub(crate) fn without_profiles(&self, stage: &Stage) -> Box<dyn Sequence> {
         Box::new(plan::Paths::without_profiles(self, stage))
+    }
+
+    /// Whether profiles depend on how thick bodies are: fits are of what has collided more than once.
+    fn knows_thickness(&self) -> bool {
+        self.subsurface == Subsurface::Hybrid && !self.counted_twice && self.thickness == Thickness::Measured
     }
 
     /// What becomes of light inside of things in a scene of these features.

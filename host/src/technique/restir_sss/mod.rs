@@ -82,7 +82,7 @@ impl Diagnose for SssSettings {
     fn shown_by_path(&self) -> String {
         let path = self.path();
         let of = |key| format!("{key}={}", path.value(key).unwrap_or_default());
-        let told = ["subsurface", "profile", "lambert_below"].map(of).join(",");
+        let told = ["subsurface", "profile", "thickness", "lambert_below"].map(of).join(",");
         format!("{told},profile_paths=off")
     }
 

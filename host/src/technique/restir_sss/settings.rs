@@ -1,7 +1,7 @@
 //! Settings of ReSTIR SSS.
 
 use crate::technique::Technique;
-use crate::technique::path::{Crossings, Fit, PathSettings, RadiusChoice, Subsurface, SupportChoice};
+use crate::technique::path::{Crossings, Fit, PathSettings, RadiusChoice, Subsurface, SupportChoice, Thickness};
 use crate::technique::reuse::Form;
 use crate::{Error, choices, settings};
 use restir_shared::resample::mutual::MAX_NEIGHBOURS;
@@ -60,6 +60,8 @@ settings! {
         traced: Traced = Traced::Nothing;
         /// Which fit gives the width of profiles.
         profile: Fit = Fit::Diffuse;
+        /// With `traced=single`: what the profile knows of how thick a body is.
+        thickness: Thickness = Thickness::Measured;
         /// Channels whose mean free path is shorter are Lambertian.
         lambert_below: f32 = 0.0, in 0.0..=1000.0, unit "pixels";
         /// How many segments of a pixel look for points. Of two, one is along the normal.
@@ -137,6 +139,7 @@ impl SssSettings {
         PathSettings {
             subsurface,
             profile: self.profile,
+            thickness: self.thickness,
             lambert_below: self.lambert_below,
             sampler: self.sampler,
             ..PathSettings::of(self.integral())
@@ -156,7 +159,9 @@ impl SssSettings {
 
     /// What profiles are.
     pub(super) fn profile_flags(&self) -> PathFlags {
-        PathFlags::WHOLE.only_if(self.traced == Traced::Nothing)
+        let (is_whole, is_measured) = (self.traced == Traced::Nothing, self.thickness == Thickness::Measured);
+        PathFlags::WHOLE.only_if(is_whole)
+            | PathFlags::THICKNESS.only_if(is_measured && !is_whole)
             | PathFlags::SIGNED.only_if(self.profile == Fit::Searchlight)
             | PathFlags::CLAMPED.only_if(self.profile == Fit::Clamped)
             | PathFlags::ONE_CROSSING.only_if(self.crossings == Crossings::One)

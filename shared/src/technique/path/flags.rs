@@ -54,6 +54,8 @@ impl PathFlags {
     pub const DIFFUSE: Self = Self(1 << 20);
     /// The same of specular lobes.
     pub const SPECULAR: Self = Self(1 << 21);
+    /// The profile, without what has scattered once, depends on how thick the body is ([`Thickness`](crate::diffusion::Thickness)).
+    pub const THICKNESS: Self = Self(1 << 22);
 }
 
 impl PathFlags {

@@ -66,13 +66,15 @@ pub fn initial<S: Trace + Surface<Material = Material> + AddressedLights + Probe
     entry: PackedEntry,
     at: [u32; 2],
 ) -> Initial {
-    let Entry { hit, throughput, gain, depth, travelled, alive, .. } = entry.entry();
+    let entry = entry.entry();
+    let Entry { hit, throughput, gain, depth, travelled, alive, .. } = entry;
     if !alive | (depth + 1 >= params.max_depth) {
         let reservoir = PackedSubsurface::default();
         return Initial { origin: SssOrigin::NONE, surface: PackedSurface::NONE, reservoir };
     }
-    let origin = SssOrigin { hit: PackedHit::pack(&hit), throughput: (throughput * gain).to_array(), travelled };
-    let entrance = Entrance::new(scene, params, &origin, false);
+    let whole = SssOrigin { hit: PackedHit::pack(&hit), throughput: (throughput * gain).to_array(), travelled };
+    let (entrance, throughput) = Entrance::new(scene, params, &whole, false).kept(scene, &entry);
+    let origin = SssOrigin { throughput: throughput.to_array(), ..whole };
     let distance = length(entrance.at.position - Vec3::from_array(params.camera.position));
     let surface = GBufferSurface { position: entrance.at.position, normal: entrance.at.normal, distance };
     let reservoir = candidates(scene, params, &entrance, &params.rng(at));

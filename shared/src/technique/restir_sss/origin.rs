@@ -5,7 +5,7 @@ use crate::diffusion::DiskNumbers;
 use crate::geometry::{Hit, PackedHit};
 use crate::num;
 use crate::scene::{Location, Surface};
-use crate::technique::path::hybrid::EntryProfile;
+use crate::technique::path::hybrid::{Entry, EntryProfile};
 use crate::vec::{dot, length, max_component};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -53,10 +53,17 @@ impl Entrance {
         Self { hit, at, body: interior.body, profile, throughput: Vec3::from_array(origin.throughput), far }
     }
 
+    /// The same in a body as thick as where this path enters it, and what light that leaves there is worth then.
+    #[inline(always)]
+    pub(super) fn kept<S: Surface>(self, scene: &S, entry: &Entry) -> (Self, Vec3) {
+        let throughput = self.throughput * self.profile.kept(scene, entry, (&self.at, self.body));
+        (Self { throughput, ..self }, throughput)
+    }
+
     /// What light is worth that becomes diffuse at a point, over the point's address.
     #[inline(always)]
     pub(super) fn worth(&self, point: &Location) -> Vec3 {
-        self.throughput * self.profile.at(point.position) * point.extent
+        self.throughput * self.profile.at(point) * point.extent
     }
 
     /// The same of the entry itself, by the channels that are Lambertian.

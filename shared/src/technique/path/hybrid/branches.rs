@@ -7,10 +7,10 @@ use crate::geometry::{Hit, Ray};
 use crate::medium::{Interior, transmittance};
 use crate::num;
 use crate::rng::{self, Rng};
-use crate::scene::{Lights, Surface, SurfacePoint, Trace};
+use crate::scene::{Lights, Location, Surface, SurfacePoint, Trace};
 use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, Numbers, Receiver};
 use crate::technique::path::{MAX_DEPTH, PathFlags, Walk, camera_segment};
-use crate::transport::{COLLISION_MARGIN, Collision, Departure, GRAZING_COSINE, Vertex, absorbs};
+use crate::transport::{COLLISION_MARGIN, Collision, Departure, Vertex, absorbs};
 use crate::vec::{dot, flush, max_abs};
 use glam::{Vec2, Vec3};
 
@@ -95,8 +95,6 @@ impl Branches<false> {
     #[inline(always)]
     pub(super) fn from_body<S: Surface>(scene: &S, entry: Entry, exit: PackedExit) -> Self {
         let (at, interior) = (scene.location(&entry.hit), scene.interior(&entry.hit));
-        let cos = num::max(num::abs(dot(at.normal, entry.direction)), GRAZING_COSINE);
-        let origin = at.position - at.normal * at.offset;
         Self {
             walk: exit.walk(),
             found: Found { sum: exit.radiance(), counts: false, share: 1.0, by_lobe: 0 },
@@ -105,8 +103,8 @@ impl Branches<false> {
             inside: false,
             entry,
             interior,
-            across: Ray { origin, direction: entry.direction, ..Ray::NONE },
-            lead: num::div(at.offset, cos),
+            across: entry.across(&at),
+            lead: entry.lead(&at),
             collision: Collision::NONE,
         }
     }
@@ -150,9 +148,14 @@ impl<const BEGINS: bool> Branches<BEGINS> {
     #[inline(always)]
     fn step<S: Trace + Surface + Lights>(&mut self, scene: &S, params: &HybridParams, rng: &Rng) -> bool {
         self.found.counts = params.has(PathFlags::of_stage(self.stage));
-        let hit = scene.closest(&self.walk.ray);
+        let known = self.is_inside() & (self.stage == ACROSS);
+        let hit = if known { self.entry.far } else { scene.closest(&self.walk.ray) };
         let cut = hit.is_cut();
-        if hit.is_hit() & !cut {
+        if BEGINS & self.entry.alive {
+            self.entry.far = hit;
+            self.entry.alive = !cut;
+            self.alive = false;
+        } else if hit.is_hit() & !cut {
             self.meet(scene, params, rng, &hit);
         } else {
             if !(cut | self.is_inside()) {
@@ -194,10 +197,13 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         self.alive &= !inside | (leaves & self.found.counts);
         if self.alive {
             let passed = self.scatter(scene, params, rng, &point, enters);
-            if BEGINS & self.alive & passed & enters {
-                self.enter(hit, met.gain);
+            let entered = BEGINS & self.alive & passed & enters;
+            if entered {
+                self.enter(&scene.location(hit), hit, met.gain);
             }
             self.alive &= if inside { passed } else { !(passed & enters) };
+            // one more ray, for all who ask what lies across
+            self.alive |= entered & params.has(PathFlags::BOUNDARY | PathFlags::SINGLE | PathFlags::THICKNESS);
             self.inside = false;
         }
     }
@@ -266,11 +272,13 @@ impl<const BEGINS: bool> Branches<BEGINS> {
 
     /// The path enters a body.
     #[inline(always)]
-    fn enter(&mut self, hit: &Hit, gain: f32) {
+    fn enter(&mut self, at: &Location, hit: &Hit, gain: f32) {
         let Walk { throughput, depth, ray, .. } = self.walk;
         let gain = if is_specular(self.found.by_lobe) { gain } else { 1.0 };
-        let Entry { travelled, .. } = self.entry;
-        self.entry = Entry { hit: *hit, direction: ray.direction, throughput, gain, depth, travelled, alive: true };
+        let Entry { travelled, far, .. } = self.entry;
+        let direction = ray.direction;
+        self.entry = Entry { hit: *hit, direction, throughput, gain, depth, travelled, far, alive: true };
+        self.walk.ray = Ray { t_max: Ray::FAR, ..self.entry.across(at) };
     }
 
     /// What light inside is worth, of channels that are not Lambertian.

@@ -66,7 +66,7 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
 ) -> Vec3 {
     let (at, interior) = (scene.location(&entry.hit), scene.interior(&entry.hit));
     let profile = EntryProfile::new(&params.fit(), &at, (&interior, scene.absorbed(&entry.hit)), entry.travelled);
-    let outside = entry.throughput * entry.gain;
+    let outside = entry.throughput * entry.gain * profile.kept(scene, entry, (&at, interior.body));
     let mut points = Points::new(params.segments, params.has(PathFlags::ONE_CROSSING));
     let mut sum = Vec3::ZERO;
     while points.go_on() {
@@ -74,7 +74,7 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
         if found.hit.is_hit() {
             let point = scene.location(&found.hit);
             let is_entry = found.crossing == ENTRY;
-            let worth = if is_entry { profile.lambert } else { profile.worth(point.position, point.normal) };
+            let worth = if is_entry { profile.lambert } else { profile.worth(&point) };
             let worth = outside * (worth * found.each);
             if max_abs(worth) > 0.0 {
                 let any = Ray { direction: at.normal, ..Ray::NONE };

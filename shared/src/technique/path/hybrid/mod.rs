@@ -5,12 +5,13 @@
 //! ([`Multiple`](crate::diffusion::Multiple)), which is found where a disk's segment meets the body
 //! ([`Disk`](crate::diffusion::Disk)). With the whole profile, and nothing else, it is diffusion alone.
 //!
-//! What a profile holds is what a half space would send back. So light crosses thin bodies by the first two parts, and what the profile
-//! adds there is too much; none of it is right to the last digit, and the walk ([`super::media`]) is what it is compared with.
+//! A profile holds what a half space would send back, which is too much where a body is thin. The ray of the boundary term measures how thick the body
+//! is there, and the profile is taken to that ([`Thickness`](crate::diffusion::Thickness)). That is a fit, and the walk ([`super::media`]) is what
+//! it is compared with.
 //!
-//! A sample takes three turns. The first (`path_entry`) traces the path until it enters a body, and leaves a [`PackedEntry`] there. The second
+//! A sample takes three turns. The first (`path_entry`) traces the path until it enters a body and on across it, and leaves a [`PackedEntry`]. The second
 //! (`path_profile`) finds the points of the profile and the light that enters at them, and leaves a path that goes on from one of them, a
-//! [`PackedExit`]. The third (`path_exits`) goes on with that path, then across the body and through one collision, and on from there. A
+//! [`PackedExit`]. The third (`path_exits`) goes on with that path, then from the far side of the body and through one collision. A
 //! path enters a body once: later bodies are dark inside.
 //!
 //! * Between an entry and its exit lies one segment of the path.

@@ -1,10 +1,11 @@
 //! What a profile is where a path enters a body.
 
 use super::params::Fit;
-use crate::diffusion::{Disk, DiskNumbers, Multiple, Profile};
+use super::record::Entry;
+use crate::diffusion::{Depth, Disk, DiskNumbers, Multiple, Profile, Thickness};
 use crate::medium::{Interior, Medium};
 use crate::rng;
-use crate::scene::Location;
+use crate::scene::{Location, Surface};
 use crate::technique::path::PathFlags;
 use crate::vec::length;
 use glam::{UVec4, Vec3, Vec4};
@@ -15,10 +16,13 @@ pub(crate) struct EntryProfile {
     /// By which its points are found.
     pub(crate) disk: Disk,
     rest: [Multiple; 3],
+    thickness: [Thickness; 3],
     extinction: Vec3,
     /// Reflectance of the channels that are Lambertian.
     pub(crate) lambert: Vec3,
     whole: bool,
+    /// The body is no half space.
+    ends: bool,
 }
 
 impl EntryProfile {
@@ -32,12 +36,15 @@ impl EntryProfile {
         let disk = Disk { support: fit.support(), ..Disk::new(at.position, at.normal, profile) };
         let Medium { albedo, absorbed, extinction, anisotropy } = medium;
         let rest = |albedo: f32, absorbed: f32| Multiple::new(albedo, absorbed, anisotropy, fit.remainder());
+        let thickness = |absorbed: f32| Thickness::new(absorbed, anisotropy);
         Self {
             disk,
             rest: [rest(albedo.x, absorbed.x), rest(albedo.y, absorbed.y), rest(albedo.z, absorbed.z)],
+            thickness: [thickness(absorbed.x), thickness(absorbed.y), thickness(absorbed.z)],
             extinction,
             lambert: medium.color() * (Vec3::ONE - kept),
             whole: fit.has(PathFlags::WHOLE),
+            ends: fit.has(PathFlags::THICKNESS),
         }
     }
 
@@ -53,22 +60,38 @@ impl EntryProfile {
 
     /// What a point of the segment is worth: the profile over the density.
     #[inline(always)]
-    pub(crate) fn worth(&self, position: Vec3, normal: Vec3) -> Vec3 {
-        let (weight, _) = self.disk.weight(position, normal);
-        self.left(position, weight)
+    pub(crate) fn worth(&self, point: &Location) -> Vec3 {
+        let (weight, _) = self.disk.weight(point.position, point.normal);
+        self.left(point, weight)
     }
 
     /// The profile at a point, per area there: the part of the light entering there that leaves here.
     #[inline(always)]
-    pub(crate) fn at(&self, position: Vec3) -> Vec3 {
-        self.left(position, self.disk.profile.at(length(position - self.disk.centre)))
+    pub(crate) fn at(&self, point: &Location) -> Vec3 {
+        self.left(point, self.disk.profile.at(length(point.position - self.disk.centre)))
+    }
+
+    /// What is left of it in the body, wherever the points are, of light that has entered so at this place.
+    #[inline(always)]
+    pub(crate) fn kept<S: Surface>(&self, scene: &S, entry: &Entry, (at, body): (&Location, u32)) -> Vec3 {
+        if !self.ends {
+            return Vec3::ONE;
+        }
+        let x = self.extinction * entry.thickness(scene, at, body);
+        let [red, green, blue] = self.thickness;
+        Vec3::new(red.kept(x.x), green.kept(x.y), blue.kept(x.z))
     }
 
     /// What is left of the whole profile's value at a point.
     #[inline(always)]
-    fn left(&self, position: Vec3, whole: Vec3) -> Vec3 {
-        let x = self.extinction * length(position - self.disk.centre);
+    fn left(&self, point: &Location, whole: Vec3) -> Vec3 {
+        let way = point.position - self.disk.centre;
+        let x = self.extinction * length(way);
         let share = Vec3::new(self.rest[0].share(x.x), self.rest[1].share(x.y), self.rest[2].share(x.z));
+        let (depth, [red, green, blue]) = (Depth::new(way, self.disk.frame.n, point.normal), self.thickness);
+        let of = |channel: &Thickness, extinction: f32| channel.gain(&depth, extinction);
+        let Vec3 { x, y, z } = self.extinction;
+        let share = if self.ends { share * Vec3::new(of(&red, x), of(&green, y), of(&blue, z)) } else { share };
         if self.whole { whole } else { whole * share }
     }
 }

@@ -1,15 +1,19 @@
 //! What of a path waits in planes, from one turn to the next.
 
+use crate::diffusion::thickness;
 use crate::geometry::{Hit, Ray};
+use crate::num;
+use crate::scene::{Location, Surface};
 use crate::technique::path::Walk;
-use crate::transport::Chosen;
+use crate::transport::{Chosen, GRAZING_COSINE};
+use crate::vec::dot;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec2, Vec3};
 
-/// Where a path enters a body, and what it has found before: 64 bytes.
+/// Where a path enters a body, where it would reach the border again, and what it has found before: 80 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
-pub struct PackedEntry(pub [UVec4; 4]);
+pub struct PackedEntry(pub [UVec4; 5]);
 
 /// A path that goes on from a point of a profile, and what was found before: 64 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -34,6 +38,8 @@ pub(crate) struct Entry {
     pub(crate) depth: u32,
     /// How long the path is up to there.
     pub(crate) travelled: f32,
+    /// What is hit inside in its direction, where that was asked.
+    pub(crate) far: Hit,
     pub(crate) alive: bool,
 }
 
@@ -61,19 +67,44 @@ impl Entry {
         gain: 1.0,
         depth: 0,
         travelled: 0.0,
+        far: Hit::MISS,
         alive: false,
     };
+
+    /// The ray across the body, from beside the surface where the path enters, without an end.
+    #[inline(always)]
+    pub(super) fn across(&self, at: &Location) -> Ray {
+        Ray { origin: at.position - at.normal * at.offset, direction: self.direction, ..Ray::NONE }
+    }
+
+    /// How far from the surface that begins.
+    #[inline(always)]
+    pub(super) fn lead(&self, at: &Location) -> f32 {
+        num::div(at.offset, num::max(num::abs(dot(at.normal, self.direction)), GRAZING_COSINE))
+    }
+
+    /// How thick the body is ([`thickness`]), as far as is known: [`Ray::FAR`] where something else lies inside.
+    #[inline(always)]
+    pub(crate) fn thickness<S: Surface>(&self, scene: &S, at: &Location, body: u32) -> f32 {
+        if !self.far.is_hit() {
+            return Ray::FAR;
+        }
+        let (far, met) = (scene.location(&self.far), scene.interior(&self.far));
+        let leaves = (dot(far.normal, self.direction) > 0.0) & (met.body == body);
+        if leaves { thickness(self.far.t + self.lead(at), dot(at.normal, far.normal)) } else { Ray::FAR }
+    }
 }
 
 impl PackedEntry {
     #[inline(always)]
     pub(super) fn new(entry: &Entry, radiance: Vec3) -> Self {
-        let Entry { hit, direction, throughput, gain, depth, travelled, alive } = *entry;
+        let Entry { hit, direction, throughput, gain, depth, travelled, far, alive } = *entry;
         Self([
             pack(radiance, state(depth, alive)),
             pack(throughput, hit.id),
             pack(direction, travelled.to_bits()),
             UVec4::new(hit.uv.x.to_bits(), hit.uv.y.to_bits(), gain.to_bits(), 0),
+            UVec4::new(far.uv.x.to_bits(), far.uv.y.to_bits(), far.t.to_bits(), far.id),
         ])
     }
 
@@ -90,7 +121,8 @@ impl PackedEntry {
 
     #[inline(always)]
     pub(crate) fn entry(&self) -> Entry {
-        let [radiance, throughput, direction, place] = self.0;
+        let [radiance, throughput, direction, place, far] = self.0;
+        let far_uv = Vec2::new(f32::from_bits(far.x), f32::from_bits(far.y));
         let uv = Vec2::new(f32::from_bits(place.x), f32::from_bits(place.y));
         Entry {
             hit: Hit { t: Ray::FAR, id: throughput.w, uv },
@@ -99,6 +131,7 @@ impl PackedEntry {
             gain: f32::from_bits(place.z),
             depth: radiance.w & !ALIVE,
             travelled: f32::from_bits(direction.w),
+            far: Hit { t: f32::from_bits(far.z), id: far.w, uv: far_uv },
             alive: self.is_inside(),
         }
     }
