@@ -89,7 +89,7 @@ const WORDS: &[(&str, &[u8])] = &[
     ("words", b"i"),
     ("taken", b"i"),
     ("starts", b"i"),
-    ("entries", b"fffifffifffffffi"),
+    ("entries", b"fffifffifffffffifffi"),
     ("exits", b"fffifffifffffffi"),
     ("walkers", b"fffifffifffhfffs"),
     ("tallies", b"iiii"),

@@ -7,7 +7,7 @@ use restir_host::aov::{Aov, Shot};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{Mesh, builtin};
 use restir_host::technique::Technique;
-use restir_host::technique::path::{Fit, PathSettings, Subsurface};
+use restir_host::technique::path::{PathSettings, Subsurface, Thickness};
 use restir_tests::half_sky::{self, gray};
 use restir_tests::meshes;
 
@@ -21,8 +21,11 @@ const SIZE: [u32; 2] = [24, 24];
 const SIZES: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 const ALBEDOS: [f64; 6] = [0.5, 0.8, 0.9, 0.95, 0.98, 0.99];
 /// What is compared with the walk.
-const METHODS: [(Subsurface, Fit); 3] =
-    [(Subsurface::Diffusion, Fit::Diffuse), (Subsurface::Hybrid, Fit::Diffuse), (Subsurface::Hybrid, Fit::Searchlight)];
+const METHODS: [(Subsurface, Thickness); 3] = [
+    (Subsurface::Diffusion, Thickness::Measured),
+    (Subsurface::Hybrid, Thickness::Measured),
+    (Subsurface::Hybrid, Thickness::Ignored),
+];
 const PROFILE: usize = 0;
 const HYBRID: usize = 1;
 
@@ -84,13 +87,13 @@ fn cell(body: &Body, size: f64, albedo: f64, samples: u32) -> Result<Cell, Error
     let views = [true, false].map(|above| body.scene(size, albedo, above));
     let covered = covered(&views[0])?;
     // by the same random numbers, so that what is seen beside the body is the same
-    let of = |subsurface, profile| -> Result<[Pictures; 2], Error> {
-        let settings = PathSettings { profile, ..settings(subsurface) };
+    let of = |subsurface, thickness| -> Result<[Pictures; 2], Error> {
+        let settings = PathSettings { thickness, ..settings(subsurface) };
         let of = |view: usize| Pictures::of(&views[view], &settings, SIZE, samples, view as u32);
         Ok([of(0)?, of(1)?])
     };
-    let walk = of(Subsurface::Walk, Fit::Diffuse)?;
-    let others = METHODS.map(|(subsurface, profile)| of(subsurface, profile));
+    let walk = of(Subsurface::Walk, Thickness::Measured)?;
+    let others = METHODS.map(|(subsurface, thickness)| of(subsurface, thickness));
     let others = others.into_iter().collect::<Result<Vec<_>, _>>()?;
     let off = |method: usize, runs: &[usize]| {
         let of = |view: usize| (others[method][view].mean(runs) - walk[view].mean(runs)).abs();
@@ -132,7 +135,7 @@ fn crossover(cells: &[Cell]) -> String {
 pub(super) fn report(samples: u32) -> Result<String, Error> {
     let mut text = "\n## Reflection and transmission\n\nBodies without colour under a sky that is white above the horizon and black below it. R is what a pixel of the \
         body shows in the mean, seen from straight above, T from straight below; of a white Lambertian surface R is 1. Each cell has `|dR| + |dT|` from the walk of the profile, of the hybrid \
-        (`profile=diffuse`) and of the hybrid with `profile=searchlight`, and the widest of their intervals of 95 % (8 renders of each, jackknife); an error \
+        and of the hybrid with `thickness=ignored`, and the widest of their intervals of 95 % (8 renders of each, jackknife); an error \
         that is not larger than that is noise. The nearer one of the first two is bold where an interval of their difference decides. The crossover is \
         the albedo above which the profile is nearer, between two columns by a straight line.\n"
         .to_owned();

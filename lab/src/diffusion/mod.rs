@@ -40,6 +40,7 @@ pub struct Options {
 enum Section {
     Bodies,
     Scales,
+    Media,
     EqualTime,
     LambertBelow,
     Elsewhere,
@@ -77,6 +78,7 @@ impl Section {
         match self {
             Self::Bodies => bodies::report(samples.div_ceil(12)),
             Self::Scales => scales::report(samples),
+            Self::Media => scales::media(samples),
             Self::EqualTime => equal_time::report(samples),
             Self::LambertBelow => scales::lambert_below(samples),
             Self::Elsewhere => equal_time::elsewhere(),

@@ -22,8 +22,8 @@ const THICKEST: f32 = 256.0;
 const LEAST_FACING: f32 = 1.0 / 32.0;
 /// The least root of what a collision absorbs: in whiter media nothing changes over [`THICKEST`].
 const LEAST_ABSORBED: f32 = 1.0 / 1024.0;
-/// Gains grow by half as much at this depth, in mean free paths.
-const HALF_GAIN: f32 = 12.0;
+/// One over the depth, in mean free paths, at which a gain is half of what it was if it went on growing as it begins.
+const PER_HALF_GAIN: f32 = 1.0 / 12.0;
 /// How fast light is lost by the height over a corner, per mean free path.
 const AIR: f32 = 0.5;
 
@@ -96,7 +96,7 @@ impl Thickness {
     pub fn gain(&self, depth: &Depth, extinction: f32) -> f32 {
         let x = depth.below * extinction;
         let (below, above) = (max(x, 0.0), 1.0 + max(-x, 0.0) * AIR);
-        let more = 1.0 + div(max(0.09 + 1.1 * self.q, 0.17) * below, 1.0 + below * (1.0 / HALF_GAIN));
+        let more = 1.0 + div(max(0.09 + 1.1 * self.q, 0.17) * below, 1.0 + below * PER_HALF_GAIN);
         if x < 0.0 { div(depth.open, above * above) } else { more }
     }
 }

@@ -10,6 +10,7 @@ mod multiple;
 mod once;
 mod radial;
 mod solids;
+mod thickness;
 
 restir_tests::suite! {
     later radial {
@@ -23,6 +24,9 @@ restir_tests::suite! {
     later multiple {
         single_scattering_is_the_first_order slides_are_seen_to_be_wrong remainders_have_their_sign
         remainders_keep_their_energy orders_are_those_of_walks
+    }
+    later thickness {
+        slabs_send_back_what_they_keep slabs_let_through_what_they_gain more_is_kept_of_thicker_bodies pairs_have_no_first_point
     }
     later disk {
         planes_spheres_and_slabs published_supports_lose_light weights_are_bounded variances_of_all_and_one

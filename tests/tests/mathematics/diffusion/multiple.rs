@@ -19,7 +19,7 @@ fn whole(r: f64, alpha: f64, shape: Shape) -> f64 {
 }
 
 /// What is left of it.
-fn rest(r: f64, alpha: f64, remainder: Remainder) -> f64 {
+pub(super) fn rest(r: f64, alpha: f64, remainder: Remainder) -> f64 {
     let multiple = Multiple::new(alpha as f32, (1.0 - alpha) as f32, 0.0, remainder);
     whole(r, alpha, remainder.shape()) * f64::from(multiple.share(r as f32))
 }
