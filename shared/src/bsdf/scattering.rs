@@ -19,6 +19,14 @@ pub trait Scattering: Copy {
         let _ = cos;
         Vec3::ZERO
     }
+
+    /// The same surface where nothing goes in: what was transmitted is reflected by Lambert's law, times this linear RGB. Unchanged, if not implemented.
+    #[inline(always)]
+    #[must_use]
+    fn closed(&self, color: Vec3) -> Self {
+        let _ = color;
+        *self
+    }
 }
 
 /// A mixture of lobes, each with a number that only it gives a meaning to, for one direction to the viewer. All directions are unit vectors
@@ -69,6 +77,15 @@ impl Scattering for Material {
     #[inline(always)]
     fn straight(&self, cos: f32) -> Vec3 {
         Material::straight(self, cos)
+    }
+
+    #[inline(always)]
+    fn closed(&self, color: Vec3) -> Self {
+        let Self { base_color, transmission, diffuse_transmission, diffuse_transmission_color, .. } = *self;
+        let diffuse =
+            base_color * (1.0 - diffuse_transmission) + diffuse_transmission_color * color * diffuse_transmission;
+        let base_color = diffuse * (1.0 - transmission) + base_color * color * transmission;
+        Self { base_color, transmission: 0.0, diffuse_transmission: 0.0, ..*self }
     }
 }
 

@@ -13,8 +13,8 @@ use super::multiple::rest;
 
 const ALBEDOS: [f64; 8] = [0.05, 0.5, 0.8, 0.9, 0.98, 0.99, 0.998, 0.9999];
 const DEPTHS: [f64; 8] = [0.0625, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
-/// As deep as half spaces.
-const DEEP: f64 = 4096.0;
+/// As deep as half spaces are: deeper layers would begin with ones that are not thin.
+const DEEP: f64 = 256.0;
 
 fn of(alpha: f64) -> Thickness {
     Thickness::new((1.0 - alpha) as f32, 0.0)
@@ -49,10 +49,10 @@ pub(crate) fn slabs_send_back_what_they_keep() -> Result<(), Failed> {
     }
     println!("off by {worst:.4}; by one distance {of_one_distance:.4}, as half spaces {of_half_spaces:.4}");
     ensure(worst < 0.035, || format!("{worst}"))?;
-    ensure(of_one_distance > 0.07 && of_half_spaces > 0.98, || "not seen".to_owned())
+    ensure(of_one_distance > 0.2 && of_half_spaces > 0.98, || "not seen".to_owned())
 }
 
-/// What comes out on the far side, of slabs up to four mean free paths deep: as known to 0.025 of the light that enters, and without gain not.
+/// What comes out on the far side, of slabs up to four mean free paths deep: as known to 0.04 of the light that enters, and without gain not.
 pub(crate) fn slabs_let_through_what_they_gain() -> Result<(), Failed> {
     let (mut worst, mut without) = (0.0_f64, 0.0_f64);
     for alpha in ALBEDOS {
@@ -66,8 +66,8 @@ pub(crate) fn slabs_let_through_what_they_gain() -> Result<(), Failed> {
         }
     }
     println!("off by {worst:.4}, without gain by {without:.4}");
-    ensure(worst < 0.025, || format!("{worst}"))?;
-    ensure(without > 0.06, || "not seen".to_owned())
+    ensure(worst < 0.04, || format!("{worst}"))?;
+    ensure(without > 0.1, || "not seen".to_owned())
 }
 
 /// What is kept grows with the thickness from nothing to all, whatever the medium; and no less of gray media than of white ones.

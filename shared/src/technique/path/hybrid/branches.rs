@@ -190,6 +190,14 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         let inside = self.is_inside();
         let leaves = !front & met.closed & (met.body == self.interior.body);
         let enters = !inside & front & met.closed & met.filled;
+        // a path enters once: later bodies have their colour
+        let point = if !BEGINS & enters {
+            let color = met.medium(scene.absorbed(hit)).color();
+            SurfacePoint { material: point.material.closed(color), ..point }
+        } else {
+            point
+        };
+        let enters = BEGINS & enters;
         self.dim(scene.features(), &point, hit);
         self.walk.arrive(scene, hit, &point, &mut self.found);
         // what goes on from a profile may be worth less than nothing, in all channels

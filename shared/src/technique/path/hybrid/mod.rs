@@ -12,7 +12,7 @@
 //! A sample takes three turns. The first (`path_entry`) traces the path until it enters a body and on across it, and leaves a [`PackedEntry`]. The second
 //! (`path_profile`) finds the points of the profile and the light that enters at them, and leaves a path that goes on from one of them, a
 //! [`PackedExit`]. The third (`path_exits`) goes on with that path, then from the far side of the body and through one collision. A
-//! path enters a body once: later bodies are dark inside.
+//! path enters a body once: later bodies are Lambertian, in the colour of their medium.
 //!
 //! * Between an entry and its exit lies one segment of the path.
 //! * Bodies end where their own back is met. What else lies inside is seen by what it emits, and blocks the rest.

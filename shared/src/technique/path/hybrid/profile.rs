@@ -4,6 +4,7 @@ use super::params::Fit;
 use super::record::Entry;
 use crate::diffusion::{Depth, Disk, DiskNumbers, Multiple, Profile, Thickness};
 use crate::medium::{Interior, Medium};
+use crate::num::max;
 use crate::rng;
 use crate::scene::{Location, Surface};
 use crate::technique::path::PathFlags;
@@ -18,6 +19,8 @@ pub(crate) struct EntryProfile {
     rest: [Multiple; 3],
     thickness: [Thickness; 3],
     extinction: Vec3,
+    /// 1 of the channels that are Lambertian.
+    narrow: Vec3,
     /// Reflectance of the channels that are Lambertian.
     pub(crate) lambert: Vec3,
     whole: bool,
@@ -42,6 +45,7 @@ impl EntryProfile {
             rest: [rest(albedo.x, absorbed.x), rest(albedo.y, absorbed.y), rest(albedo.z, absorbed.z)],
             thickness: [thickness(absorbed.x), thickness(absorbed.y), thickness(absorbed.z)],
             extinction,
+            narrow: Vec3::ONE - kept,
             lambert: medium.color() * (Vec3::ONE - kept),
             whole: fit.has(PathFlags::WHOLE),
             ends: fit.has(PathFlags::THICKNESS),
@@ -71,7 +75,7 @@ impl EntryProfile {
         self.left(point, self.disk.profile.at(length(point.position - self.disk.centre)))
     }
 
-    /// What is left of it in the body, wherever the points are, of light that has entered so at this place.
+    /// What is left of it in the body, wherever the points are, of light that has entered so at this place; all of channels that are Lambertian.
     #[inline(always)]
     pub(crate) fn kept<S: Surface>(&self, scene: &S, entry: &Entry, (at, body): (&Location, u32)) -> Vec3 {
         if !self.ends {
@@ -79,7 +83,8 @@ impl EntryProfile {
         }
         let x = self.extinction * entry.thickness(scene, at, body);
         let [red, green, blue] = self.thickness;
-        Vec3::new(red.kept(x.x), green.kept(x.y), blue.kept(x.z))
+        let of = |channel: Thickness, x: f32, narrow: f32| max(channel.kept(x), narrow);
+        Vec3::new(of(red, x.x, self.narrow.x), of(green, x.y, self.narrow.y), of(blue, x.z, self.narrow.z))
     }
 
     /// What is left of the whole profile's value at a point.
