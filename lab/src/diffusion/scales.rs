@@ -18,7 +18,9 @@ use crate::Error;
 const SCALES: [f64; 7] = [0.0025, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2];
 /// Scenes, their media, and how many times as many samples they need: the cube's noise is that of its small light.
 const SCENES: [(&str, &str, u32); 3] = [("statue", "skin1", 1), ("statue", "marble", 1), ("cube", "wax", 16)];
-/// Media and scales of bodies.
+/// Bodies, and how many times as many samples they need: the bunny's noise is that of the default light.
+const BODIES: [(&str, u32); 2] = [("bunny", 8), ("statue", 1)];
+/// Their media and scales.
 const BODY_MEDIA: [&str; 4] = ["marble", "wax", "milk", "skin1"];
 const BODY_SCALES: [f64; 3] = [0.0025, 0.02, 0.2];
 /// Values of `lambert_below`.
@@ -84,10 +86,10 @@ pub(super) fn media(samples: u32) -> Result<String, Error> {
          little.\n\n| scene | millimetre | {COLUMNS}"
     );
     let (mut ahead, mut behind) = (0, 0);
-    for body in ["bunny", "statue"] {
+    for (body, more) in BODIES {
         for medium in BODY_MEDIA {
             for scale in BODY_SCALES {
-                let compared = Compared::of(&body_of(body, medium, scale)?, samples / 8)?;
+                let compared = Compared::of(&body_of(body, medium, scale)?, more * samples / 8)?;
                 ahead += u32::from(compared.ahead.is_positive() == Some(true));
                 behind += u32::from(compared.ahead.is_positive() == Some(false));
                 let _ = writeln!(text, "| {body}, {medium} | {scale} | {} |", compared.cells());
@@ -96,7 +98,7 @@ pub(super) fn media(samples: u32) -> Result<String, Error> {
     }
     let candles = Scene::load("candles").and_then(|scene| SceneBuffers::build(&scene))?;
     let _ = writeln!(text, "| candles | | {} |", Compared::of(&candles, samples)?.cells());
-    let cells = 2 * BODY_MEDIA.len() * BODY_SCALES.len();
+    let cells = BODIES.len() * BODY_MEDIA.len() * BODY_SCALES.len();
     let _ = writeln!(
         text,
         "\nOf the {cells} bodies the hybrid is nearer to the walk in {ahead}, the profile in {behind}; the rest is not decided."

@@ -162,7 +162,7 @@ impl Hybrid {
             | PathFlags::BY_ALBEDO.only_if(s.radius_channel == RadiusChoice::Albedo)
             | PathFlags::PUBLISHED.only_if(s.support == SupportChoice::Published)
             | PathFlags::GOES_ON.only_if(profile && s.profile_paths)
-            | PathFlags::THICKNESS.only_if(s.knows_thickness())
+            | PathFlags::THICKNESS.only_if(shown(Parts::Profile) && s.knows_thickness())
     }
 
     /// The kernels that have something to do.

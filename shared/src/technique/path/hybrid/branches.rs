@@ -190,8 +190,9 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         let inside = self.is_inside();
         let leaves = !front & met.closed & (met.body == self.interior.body);
         let enters = !inside & front & met.closed & met.filled;
-        // a path enters once: later bodies have their colour
-        let point = if !BEGINS & enters {
+        // a path enters once: later bodies have their colour, and what would be a segment in them counts as one
+        let later = !BEGINS & enters;
+        let point = if later {
             let color = met.medium(scene.absorbed(hit)).color();
             SurfacePoint { material: point.material.closed(color), ..point }
         } else {
@@ -200,6 +201,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         let enters = BEGINS & enters;
         self.dim(scene.features(), &point, hit);
         self.walk.arrive(scene, hit, &point, &mut self.found);
+        self.walk.depth += if later { 1 } else { 0 };
         // what goes on from a profile may be worth less than nothing, in all channels
         self.alive = (self.walk.depth < params.path.max_depth) & (max_abs(self.walk.throughput) > 0.0);
         self.alive &= !inside | (leaves & self.found.counts);
