@@ -20,7 +20,8 @@ pub trait Scattering: Copy {
         Vec3::ZERO
     }
 
-    /// The same surface where nothing goes in: what was transmitted is reflected by Lambert's law, times this linear RGB. Unchanged, if not implemented.
+    /// The border of a body as a Lambertian surface, of whose light that enters this part comes back, linear RGB. Unchanged, if not implemented: then what enters
+    /// is lost.
     #[inline(always)]
     #[must_use]
     fn closed(&self, color: Vec3) -> Self {
@@ -81,11 +82,13 @@ impl Scattering for Material {
 
     #[inline(always)]
     fn closed(&self, color: Vec3) -> Self {
-        let Self { base_color, transmission, diffuse_transmission, diffuse_transmission_color, .. } = *self;
-        let diffuse =
-            base_color * (1.0 - diffuse_transmission) + diffuse_transmission_color * color * diffuse_transmission;
-        let base_color = diffuse * (1.0 - transmission) + base_color * color * transmission;
-        Self { base_color, transmission: 0.0, diffuse_transmission: 0.0, ..*self }
+        let Self { base_color, metallic, transmission, diffuse_transmission, diffuse_transmission_color, .. } = *self;
+        let (metal, diffuse) = (metallic, (1.0 - metallic) * (1.0 - transmission));
+        // light passes the border twice
+        let passed =
+            base_color * transmission + diffuse_transmission_color * ((1.0 - transmission) * diffuse_transmission);
+        let inside = passed * passed * color * (1.0 - metallic);
+        Self::diffuse(base_color * (metal + diffuse * (1.0 - diffuse_transmission)) + inside)
     }
 }
 

@@ -7,9 +7,9 @@
 //! * what is [kept](Thickness::kept) of it, by the [thickness] that light would cross in the direction in which it entered;
 //! * what a pair of points [gains](Thickness::gain) or loses by its [`Depth`].
 //!
-//! Both are fits of this library, to walks in slabs of 1/16 to 64 mean free paths, beside edges and in corners, of albedos of 0.05 to 0.9999. The first
-//! has the form of the two-flux theory of a layer (Kubelka and Munk 1931). Hybrids trace the ray that measures the thickness for their boundary
-//! term (Zhang and d'Eon 2025, who leave their profile as it is).
+//! Both are fits of this library, for light that enters by Lambert's law, to slabs of 1/16 to 16 mean free paths and walks beside edges and in corners, of
+//! albedos of 0.05 to 0.9999. The first has the form of the two-flux theory of a layer (Kubelka and Munk 1931). Hybrids trace the ray that measures
+//! the thickness for their boundary term (Zhang and d'Eon 2025, who leave their profile as it is).
 
 use super::albedo::root_absorbed;
 use crate::num::{div, expm1, max, min};
@@ -22,7 +22,7 @@ const THICKEST: f32 = 256.0;
 const LEAST_FACING: f32 = 1.0 / 32.0;
 /// The least root of what a collision absorbs: in whiter media nothing changes over [`THICKEST`].
 const LEAST_ABSORBED: f32 = 1.0 / 1024.0;
-/// One over the depth, in mean free paths, at which a gain is half of what it was if it went on growing as it begins.
+/// One over the depth, in mean free paths, at which the growth of a gain has fallen to half of a straight line's.
 const PER_HALF_GAIN: f32 = 1.0 / 12.0;
 /// How fast light is lost by the height over a corner, per mean free path.
 const AIR: f32 = 0.5;
@@ -30,7 +30,7 @@ const AIR: f32 = 0.5;
 /// How thick a body counts, in units of the scene, which light has crossed over a `distance`, between surfaces whose outer normals have this cosine.
 ///
 /// That is the distance where both are parallel, as a slab's are, and more where they turn to each other: a ball keeps more light than a slab as
-/// thick. The power of two is that for which balls and cylinders of 1/4 to 16 mean free paths come out right.
+/// thick. The power of two is a fit to balls of 1/4 to 8 mean free paths.
 #[inline(always)]
 pub fn thickness(distance: f32, cos_normals: f32) -> f32 {
     let facing = max(0.5 - 0.5 * cos_normals, LEAST_FACING);
@@ -79,8 +79,8 @@ impl Thickness {
         Self { q: max(root_absorbed(absorbed, anisotropy), LEAST_ABSORBED) }
     }
 
-    /// The part of multiple scattering that comes back of a body so many mean free paths thick, in [0, 1]; 1 of a half space. Its mean over
-    /// the directions of Lambert's law is what a slab reflects over what a half space does, to 0.03.
+    /// The part of multiple scattering that comes back of a body so many mean free paths thick, in [0, 1], of what a half space sends back. Its mean over
+    /// the directions of Lambert's law is that of a slab to 0.035.
     #[inline(always)]
     pub fn kept(&self, thickness: f32) -> f32 {
         let (q, x) = (self.q, min(thickness, THICKEST));

@@ -29,7 +29,7 @@ restir_tests::suite! {
         parts_are_the_orders_of_the_walk textures_are_those_where_light_enters demodulation_keeps_texture
         negative_light_goes_on_as_other_light what_is_counted_twice_is_seen choices_do_not_change_the_mean published_densities_are_too_dark
         narrow_media_are_lambertian exits_lose_nothing glass_bodies_keep_energy bodies_are_seen_through_panes
-        later_bodies_have_their_colour scenes_without_objects_are_refused
+        later_bodies_have_their_colour balls_are_no_slabs closed_borders_pass_light_twice scenes_without_objects_are_refused
     }
 }
 
@@ -428,6 +428,51 @@ fn narrow_media_are_lambertian() -> Result<(), Failed> {
         }
     }
     println!("{}", family.verdict()?);
+    Ok(())
+}
+
+/// What a ball one mean free path in diameter sends back and lets through is the walk's to 0.03 of what a white surface reflects. A ball that counted as a slab of its
+/// chords would be darker.
+fn balls_are_no_slabs() -> Result<(), Failed> {
+    let ball = Mesh { normals: Vec::new(), ..Mesh::sphere(DVec3::ZERO, 1.0, 5) };
+    let mut off = 0.0;
+    for above in [true, false] {
+        let scene = restir_tests::half_sky::body(gray(0.95, 2.0), ball.clone(), above);
+        let of = |subsurface| mean(&scene, &settings(subsurface, Fit::Diffuse), 32, draws(64));
+        let (walk, hybrid) = (of(Subsurface::Walk), of(Subsurface::Hybrid));
+        // a part of the picture is the ball: as much as its shape shows
+        let shown = f64::from(ball_covers(&scene));
+        println!("{:.4} by the walk, {:+.4} by the hybrid", walk.mean() / shown, (hybrid.mean() - walk.mean()) / shown);
+        ensure(walk.standard_error() < bound(0.004) * shown, || "too few samples".to_owned())?;
+        off += (hybrid.mean() - walk.mean()).abs() / shown;
+    }
+    ensure(off < 0.03, || format!("off by {off:.4}"))
+}
+
+/// The part of the picture in which there is a body.
+fn ball_covers(scene: &SceneBuffers) -> f32 {
+    let integral = PathSettings::default().integral();
+    let shot = Shot { scene, frame: 0.0, camera: &|_| scene.camera, size: [64, 64], seed: 0, integral, samples: 1 };
+    let ids = shot.channels(&[Aov::Id]).expect("renders");
+    ids[0].values.iter().filter(|&&id| id > 0.0).count() as f32 / ids[0].values.len() as f32
+}
+
+/// A border closed by a colour reflects what passes it twice, once in and once out, whichever lobe lets it through; metal stays as bright.
+fn closed_borders_pass_light_twice() -> Result<(), Failed> {
+    use restir_shared::bsdf::{Material as Border, Scattering};
+    let (tint, color) = (Vec3::new(0.9, 0.5, 0.25), Vec3::new(0.8, 0.4, 1.0));
+    let plain = Border { ior: 1.5, ..Border::diffuse(tint) };
+    for (border, expected) in [
+        (Border { transmission: 1.0, ..plain }, tint * tint * color),
+        (Border { diffuse_transmission: 1.0, diffuse_transmission_color: tint, ..plain }, tint * tint * color),
+        (plain, tint),
+        (Border { metallic: 1.0, transmission: 1.0, ..plain }, tint),
+        (Border { transmission: 0.5, ..plain }, tint * 0.5 + tint * tint * color * 0.25),
+    ] {
+        let found = border.closed(color);
+        ensure(found.features() == 0, || format!("{found:?} asks for features that the scene may lack"))?;
+        ensure((found.base_color - expected).abs().max_element() < 1.0e-6, || format!("{found:?}, not {expected}"))?;
+    }
     Ok(())
 }
 

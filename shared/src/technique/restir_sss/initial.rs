@@ -72,9 +72,9 @@ pub fn initial<S: Trace + Surface<Material = Material> + AddressedLights + Probe
         let reservoir = PackedSubsurface::default();
         return Initial { origin: SssOrigin::NONE, surface: PackedSurface::NONE, reservoir };
     }
-    let whole = SssOrigin { hit: PackedHit::pack(&hit), throughput: (throughput * gain).to_array(), travelled };
-    let (entrance, throughput) = Entrance::new(scene, params, &whole, false).kept(scene, &entry);
-    let origin = SssOrigin { throughput: throughput.to_array(), ..whole };
+    let of_half_space = SssOrigin { hit: PackedHit::pack(&hit), throughput: (throughput * gain).to_array(), travelled };
+    let (entrance, throughput) = Entrance::new(scene, params, &of_half_space, false).kept(scene, &entry);
+    let origin = SssOrigin { throughput: throughput.to_array(), ..of_half_space };
     let distance = length(entrance.at.position - Vec3::from_array(params.camera.position));
     let surface = GBufferSurface { position: entrance.at.position, normal: entrance.at.normal, distance };
     let reservoir = candidates(scene, params, &entrance, &params.rng(at));

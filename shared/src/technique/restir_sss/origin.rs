@@ -53,7 +53,7 @@ impl Entrance {
         Self { hit, at, body: interior.body, profile, throughput: Vec3::from_array(origin.throughput), far }
     }
 
-    /// The same in a body as thick as where this path enters it, and what light that leaves there is worth then.
+    /// The same with the profile multiplied by [`EntryProfile::kept`], and the path's throughput times that.
     #[inline(always)]
     pub(super) fn kept<S: Surface>(self, scene: &S, entry: &Entry) -> (Self, Vec3) {
         let throughput = self.throughput * self.profile.kept(scene, entry, (&self.at, self.body));

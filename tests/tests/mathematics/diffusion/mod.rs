@@ -26,7 +26,7 @@ restir_tests::suite! {
         remainders_keep_their_energy orders_are_those_of_walks
     }
     later thickness {
-        slabs_send_back_what_they_keep slabs_let_through_what_they_gain more_is_kept_of_thicker_bodies pairs_have_no_first_point
+        slabs_send_back_what_they_keep slabs_let_through_what_they_gain bends_are_nearer_to_walks more_is_kept_of_thicker_bodies pairs_have_no_first_point
     }
     later disk {
         planes_spheres_and_slabs published_supports_lose_light weights_are_bounded variances_of_all_and_one

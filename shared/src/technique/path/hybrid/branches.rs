@@ -198,7 +198,6 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         } else {
             point
         };
-        let enters = BEGINS & enters;
         self.dim(scene.features(), &point, hit);
         self.walk.arrive(scene, hit, &point, &mut self.found);
         self.walk.depth += if later { 1 } else { 0 };

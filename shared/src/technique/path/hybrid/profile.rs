@@ -24,8 +24,8 @@ pub(crate) struct EntryProfile {
     /// Reflectance of the channels that are Lambertian.
     pub(crate) lambert: Vec3,
     whole: bool,
-    /// The body is no half space.
-    ends: bool,
+    /// Whether it depends on how thick the body is.
+    by_thickness: bool,
 }
 
 impl EntryProfile {
@@ -48,7 +48,7 @@ impl EntryProfile {
             narrow: Vec3::ONE - kept,
             lambert: medium.color() * (Vec3::ONE - kept),
             whole: fit.has(PathFlags::WHOLE),
-            ends: fit.has(PathFlags::THICKNESS),
+            by_thickness: fit.has(PathFlags::THICKNESS),
         }
     }
 
@@ -75,10 +75,10 @@ impl EntryProfile {
         self.left(point, self.disk.profile.at(length(point.position - self.disk.centre)))
     }
 
-    /// What is left of it in the body, wherever the points are, of light that has entered so at this place; all of channels that are Lambertian.
+    /// By what all of it is multiplied because the body ends, by channel: 1 of Lambertian channels.
     #[inline(always)]
     pub(crate) fn kept<S: Surface>(&self, scene: &S, entry: &Entry, (at, body): (&Location, u32)) -> Vec3 {
-        if !self.ends {
+        if !self.by_thickness {
             return Vec3::ONE;
         }
         let x = self.extinction * entry.thickness(scene, at, body);
@@ -91,12 +91,12 @@ impl EntryProfile {
     #[inline(always)]
     fn left(&self, point: &Location, whole: Vec3) -> Vec3 {
         let way = point.position - self.disk.centre;
-        let x = self.extinction * length(way);
-        let share = Vec3::new(self.rest[0].share(x.x), self.rest[1].share(x.y), self.rest[2].share(x.z));
-        let (depth, [red, green, blue]) = (Depth::new(way, self.disk.frame.n, point.normal), self.thickness);
-        let of = |channel: &Thickness, extinction: f32| channel.gain(&depth, extinction);
-        let Vec3 { x, y, z } = self.extinction;
-        let share = if self.ends { share * Vec3::new(of(&red, x), of(&green, y), of(&blue, z)) } else { share };
+        let paths = self.extinction * length(way);
+        let share = Vec3::new(self.rest[0].share(paths.x), self.rest[1].share(paths.y), self.rest[2].share(paths.z));
+        let (depth, Vec3 { x, y, z }) = (Depth::new(way, self.disk.frame.n, point.normal), self.extinction);
+        let [red, green, blue] = self.thickness;
+        let gain = Vec3::new(red.gain(&depth, x), green.gain(&depth, y), blue.gain(&depth, z));
+        let share = if self.by_thickness { share * gain } else { share };
         if self.whole { whole } else { whole * share }
     }
 }
