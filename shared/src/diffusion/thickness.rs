@@ -64,7 +64,7 @@ impl Depth {
 ///
 /// // white media need thick bodies: a layer of two mean free paths keeps this much of what a half space sends back
 /// let [white, gray] = [0.01, 0.2].map(|absorbed| Thickness::new(absorbed, 0.0).kept(2.0));
-/// assert!(white < 0.6 && gray > 0.85);
+/// assert!(white < 0.5 && gray > 0.8);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Thickness {
