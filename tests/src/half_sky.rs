@@ -1,7 +1,11 @@
 //! Bodies of one medium under half a white sky: from above they show what they reflect, from below what they let through.
 
+use restir_host::Error;
+use restir_host::aov::{Aov, Shot};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{Camera, Environment, Material, Mesh, Scene, Volume};
+use restir_host::technique::Technique;
+use restir_host::technique::path::PathSettings;
 use restir_shared::glam::DVec3;
 
 /// The colour of the medium whose collisions scatter `albedo`: van de Hulst's formula.
@@ -54,6 +58,18 @@ pub fn body(material: Material, mesh: Mesh, above: bool) -> SceneBuffers {
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let from = middle + DVec3::Y * if above { 3.0 * radius } else { -3.0 * radius };
     scene(vec![(material, mesh)], from.to_array(), middle.to_array(), 0.0)
+}
+
+/// The part of the picture in which there is a body.
+///
+/// # Errors
+/// If the scene cannot be rendered.
+pub fn covered(scene: &SceneBuffers) -> Result<f64, Error> {
+    let integral = PathSettings::default().integral();
+    let shot = Shot { scene, frame: 0.0, camera: &|_| scene.camera, size: [128, 128], seed: 0, integral, samples: 1 };
+    let ids = shot.channels(&[Aov::Id])?;
+    let seen = ids[0].values.iter().filter(|&&id| id > 0.0).count();
+    Ok(seen as f64 / ids[0].values.len() as f64)
 }
 
 /// The corners of a mesh's bounds.

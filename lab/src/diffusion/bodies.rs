@@ -3,10 +3,8 @@
 use std::fmt::Write as _;
 
 use glam::DVec3;
-use restir_host::aov::{Aov, Shot};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{Mesh, builtin};
-use restir_host::technique::Technique;
 use restir_host::technique::path::{PathSettings, Subsurface, Thickness};
 use restir_tests::half_sky::{self, gray};
 use restir_tests::meshes;
@@ -66,15 +64,6 @@ impl Body {
     }
 }
 
-/// The part of the picture in which there is a body.
-fn covered(scene: &SceneBuffers) -> Result<f64, Error> {
-    let integral = PathSettings::default().integral();
-    let shot = Shot { scene, frame: 0.0, camera: &|_| scene.camera, size: [128, 128], seed: 0, integral, samples: 1 };
-    let ids = shot.channels(&[Aov::Id])?;
-    let seen = ids[0].values.iter().filter(|&&id| id > 0.0).count();
-    Ok(seen as f64 / ids[0].values.len() as f64)
-}
-
 /// What was found of a body of one size and albedo.
 struct Cell {
     /// `|dR| + |dT|` of [`METHODS`].
@@ -85,7 +74,7 @@ struct Cell {
 
 fn cell(body: &Body, size: f64, albedo: f64, samples: u32) -> Result<Cell, Error> {
     let views = [true, false].map(|above| body.scene(size, albedo, above));
-    let covered = covered(&views[0])?;
+    let covered = half_sky::covered(&views[0])?;
     // by the same random numbers, so that what is seen beside the body is the same
     let of = |subsurface, thickness| -> Result<[Pictures; 2], Error> {
         let settings = PathSettings { thickness, ..settings(subsurface) };

@@ -16,7 +16,7 @@ use restir_shared::glam::{DVec3, UVec4, Vec3};
 use restir_shared::layout::FEATURES_ALL;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::hybrid::Exit;
-use restir_tests::half_sky::{color, gray, scene, slab, waxy};
+use restir_tests::half_sky::{self, color, gray, scene, slab, waxy};
 use restir_tests::native;
 use restir_tests::stats::effort::{bound, draws};
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
@@ -431,30 +431,20 @@ fn narrow_media_are_lambertian() -> Result<(), Failed> {
     Ok(())
 }
 
-/// What a ball one mean free path in diameter sends back and lets through is the walk's to 0.03 of what a white surface reflects. A ball that counted as a slab of its
-/// chords would be darker.
+/// What a ball one mean free path in diameter sends back and lets through is the walk's to 0.03 of what a white surface reflects.
 fn balls_are_no_slabs() -> Result<(), Failed> {
     let ball = Mesh { normals: Vec::new(), ..Mesh::sphere(DVec3::ZERO, 1.0, 5) };
     let mut off = 0.0;
     for above in [true, false] {
-        let scene = restir_tests::half_sky::body(gray(0.95, 2.0), ball.clone(), above);
+        let scene = half_sky::body(gray(0.95, 2.0), ball.clone(), above);
         let of = |subsurface| mean(&scene, &settings(subsurface, Fit::Diffuse), 32, draws(64));
         let (walk, hybrid) = (of(Subsurface::Walk), of(Subsurface::Hybrid));
-        // a part of the picture is the ball: as much as its shape shows
-        let shown = f64::from(ball_covers(&scene));
+        let shown = half_sky::covered(&scene)?;
         println!("{:.4} by the walk, {:+.4} by the hybrid", walk.mean() / shown, (hybrid.mean() - walk.mean()) / shown);
         ensure(walk.standard_error() < bound(0.004) * shown, || "too few samples".to_owned())?;
         off += (hybrid.mean() - walk.mean()).abs() / shown;
     }
     ensure(off < 0.03, || format!("off by {off:.4}"))
-}
-
-/// The part of the picture in which there is a body.
-fn ball_covers(scene: &SceneBuffers) -> f32 {
-    let integral = PathSettings::default().integral();
-    let shot = Shot { scene, frame: 0.0, camera: &|_| scene.camera, size: [64, 64], seed: 0, integral, samples: 1 };
-    let ids = shot.channels(&[Aov::Id]).expect("renders");
-    ids[0].values.iter().filter(|&&id| id > 0.0).count() as f32 / ids[0].values.len() as f32
 }
 
 /// A border closed by a colour reflects what passes it twice, once in and once out, whichever lobe lets it through; metal stays as bright.
