@@ -1,5 +1,6 @@
 //! What the host knows of a kernel: its descriptor and its native twin.
 
+use crate::simd::SimdLevel;
 use restir_shared::geometry::PackedHit;
 use restir_shared::layout::Field;
 use restir_shared::scene::{AnyFrames, DeferredRay, Tracer};
@@ -137,6 +138,8 @@ pub struct NativeRow<'a> {
     pub tracers: [Tracer<'a>; 2],
     /// What a kernel asks instead of a scene in its arenas.
     pub frames: Option<&'a dyn AnyFrames>,
+    /// The instructions for kernels that have a form for lanes. Of a level that this processor lacks, they go pixel by pixel.
+    pub lanes: SimdLevel,
 }
 
 impl fmt::Debug for NativeRow<'_> {

@@ -418,19 +418,24 @@ macro_rules! over_scenes {
             $($invocations)*
         } else {
             let scene = over_arenas!($asked, $p, $features, $arenas, $row.tracers);
-            simd!(scene, $scene, $simd);
+            simd!($row.lanes, scene, $scene, $simd);
             over_variants!(scene, $scene, [$($compiled),*], $($invocations)*);
         }
     };
 }
 
-/// Runs the row by SIMD, and returns, if the kernel has a body for that and the processor the registers.
+/// Runs the row by SIMD, and returns, if the kernel has a body for that and the row's level the registers.
 #[cfg(not(target_arch = "spirv"))]
 macro_rules! simd {
-    ($all:ident, $scene:ident, []) => {};
-    ($all:ident, $scene:ident, [$stepped:tt ($($when:expr)?) $token:ident $row:tt]) => {
-        if true $(&& $when)? && let Some($token) = $crate::simd::Avx512::detect() {
-            over_variants!($all, $scene, $stepped, $row return;);
+    ($level:expr, $all:ident, $scene:ident, []) => {};
+    ($level:expr, $all:ident, $scene:ident, [$stepped:tt ($($when:expr)?) $token:ident $row:tt]) => {
+        if true $(&& $when)? {
+            if let Some($token) = $crate::simd::Avx512::at($level) {
+                over_variants!($all, $scene, $stepped, $row return;);
+            }
+            if let Some($token) = $crate::simd::Avx2::at($level) {
+                over_variants!($all, $scene, $stepped, $row return;);
+            }
         }
     };
 }

@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use restir_kernels::film::film_add;
-//! use restir_kernels::{Access, NativeRow, all};
+//! use restir_kernels::{Access, NativeRow, SimdLevel, all};
 //!
 //! // the descriptor says what a host has to bind
 //! let kernel = &film_add::DESC;
@@ -26,6 +26,7 @@
 //!     own: &mut [&mut right],
 //!     tracers: [None, None],
 //!     frames: None,
+//!     lanes: SimdLevel::best(),
 //! });
 //! assert_eq!(right.map(f32::from_bits), [3.0, 1.5, 1.0, 0.0]);
 //! ```
@@ -47,7 +48,7 @@ pub use case::Case;
 #[cfg(not(target_arch = "spirv"))]
 pub use desc::{Access, Binding, Constant, DeferredKernel, KernelDesc, NativeRow, Rays};
 #[cfg(not(target_arch = "spirv"))]
-pub use simd::{Avx512, SimdLevel};
+pub use simd::{Avx2, Avx512, SimdLevel};
 
 folders! {
     #[doc(hidden)]

@@ -33,6 +33,7 @@ pub mod reuse;
 pub mod searchlight;
 pub mod session;
 pub mod shifts;
+pub mod simd;
 pub mod stress;
 mod time;
 pub mod unbiased;

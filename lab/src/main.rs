@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 use restir_cli::ending::Ending;
 use restir_lab::{
     Error, albedo, aov, bench, crossings, denoised, device, diffusion, features, figure, furnace, gains, num, parity,
-    passes, probe, profile, resampling, reuse, searchlight, session, shifts, stress, unbiased, visibility, walks,
+    passes, probe, profile, resampling, reuse, searchlight, session, shifts, simd, stress, unbiased, visibility, walks,
     watertight,
 };
 use xtask::shader;
@@ -69,6 +69,8 @@ enum Experiment {
     Reuse(reuse::Options),
     /// Measure what ReSTIR PT gains over path tracing in equal time and with equal rays, and print the report.
     Gains(gains::Options),
+    /// Measure what each level of instructions gains on this processor, compare their bits, and print the table.
+    Simd(simd::Options),
     /// Measure what a frame of a session costs beside its kernels, and whether its memory stays, and print the report.
     Session(session::Options),
     /// Measure all figures of a GPU, after its words were compared with the host's, and print the report.
@@ -105,6 +107,7 @@ fn run(Arguments { experiment }: Arguments) -> Result<(), Ending> {
         Experiment::Visibility(options) => visibility::run(&options),
         Experiment::Reuse(options) => reuse::run(&options),
         Experiment::Gains(options) => gains::run(&options),
+        Experiment::Simd(options) => simd::run(&options),
         Experiment::Session(options) => session::run(&options),
         Experiment::Device(options) => device::run(&options),
         Experiment::Probe => probe::run(),

@@ -28,6 +28,8 @@
 //! struct Any;
 //!
 //! impl SimdToken for Any {
+//!     const GATHERS: bool = false;
+//!
 //!     fn run<K: LaneKernel>(self, kernel: &K, input: &K::In, output: &mut K::Out) {
 //!         kernel.run(input, output);
 //!     }
@@ -59,6 +61,10 @@ pub trait LaneKernel {
 
 /// Instructions for which kernels over lanes are compiled. A value of the type proves that the processor has them.
 pub trait SimdToken: Copy {
+    /// Whether compilers load from many addresses at once by these instructions. Where they do not, a kernel that reads tables runs lane by
+    /// lane, and what it computes beside should be a kernel of its own.
+    const GATHERS: bool;
+
     /// Runs a kernel in a function of its own, compiled for these instructions.
     fn run<K: LaneKernel>(self, kernel: &K, input: &K::In, output: &mut K::Out);
 }
@@ -188,7 +194,23 @@ macro_rules! soa {
 
 pub(crate) use {numbers, soa};
 
-numbers! { f32 = 0.0, u32 = 0, bool = false }
+numbers! { f32 = 0.0, u32 = 0 }
+
+/// In words, as the numbers beside them are: compilers load and store these under a mask, which of bytes AVX2 cannot.
+impl Soa for bool {
+    type Lanes = [u32; LANES];
+    const ZERO: Self::Lanes = [0; LANES];
+
+    #[inline(always)]
+    fn get(lanes: &Self::Lanes, lane: usize) -> Self {
+        lanes[lane] != 0
+    }
+
+    #[inline(always)]
+    fn set(self, lanes: &mut Self::Lanes, lane: usize) {
+        lanes[lane] = u32::from(self);
+    }
+}
 
 soa! {
     Vec2s = Vec2 { x: f32, y: f32 }

@@ -5,7 +5,7 @@ use bytemuck::Pod;
 use restir_host::Error;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{Buffer, FramePlan, Pass};
-use restir_kernels::{Access, Binding, KernelDesc, NativeRow};
+use restir_kernels::{Access, Binding, KernelDesc, NativeRow, SimdLevel};
 use restir_shared::scene::{AnyScene, Still};
 use std::sync::Arc;
 
@@ -108,6 +108,7 @@ impl Capture {
             own: &mut own.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>(),
             tracers: [None; 2],
             frames: Some(&Still(scene)),
+            lanes: SimdLevel::best(),
         });
         own
     }

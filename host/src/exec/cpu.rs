@@ -2,9 +2,10 @@
 
 use super::{Description, Dispatches, Executor, Flavour, Observer, Progress, Step};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload, Waiting};
+use crate::wide_bvh::WideBvh;
 use crate::{Error, buffers::SceneBuffers, error::Cause};
 use rayon::prelude::*;
-use restir_kernels::{Access, NativeRow};
+use restir_kernels::{Access, NativeRow, SimdLevel};
 use restir_shared::scene::{AnyFrames, Hierarchy, Tracer};
 use std::collections::BTreeSet;
 use std::num::NonZero;
@@ -14,6 +15,22 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct CpuExecutor {
     pool: Option<rayon::ThreadPool>,
+    levels: Levels,
+}
+
+/// The instructions that are used.
+#[derive(Clone, Copy, Debug)]
+struct Levels {
+    /// To trace rays.
+    rays: SimdLevel,
+    /// By kernels that have a form for lanes.
+    lanes: SimdLevel,
+}
+
+impl Levels {
+    fn all(level: SimdLevel) -> Self {
+        Self { rays: level, lanes: level }
+    }
 }
 
 impl CpuExecutor {
@@ -32,12 +49,25 @@ impl CpuExecutor {
     /// As of [`Self::new`].
     pub fn with_threads(threads: usize) -> Result<Self, Error> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.map(|pool| Self { pool: Some(pool) }).map_err(|error| cannot_start(threads, error))
+        pool.map(|pool| Self { pool: Some(pool), ..Self::inline() }).map_err(|error| cannot_start(threads, error))
     }
 
     /// An executor without threads of its own, for renders that are themselves run in parallel.
     pub fn inline() -> Self {
-        Self { pool: None }
+        Self { pool: None, levels: Levels::all(SimdLevel::best()) }
+    }
+
+    /// With the instructions of a level, or of the best below it that this processor has. The bits are the same.
+    #[must_use]
+    pub fn with_level(self, level: SimdLevel) -> Self {
+        Self { levels: Levels::all(level.or_below()), ..self }
+    }
+
+    /// With kernels that go pixel by pixel, whatever the processor has; rays are traced as before. The bits are the same: it shows what
+    /// lanes gain.
+    #[must_use]
+    pub fn without_lanes(self) -> Self {
+        Self { levels: Levels { lanes: SimdLevel::Portable, ..self.levels }, ..self }
     }
 
     /// Runs a pass that fits the buffers and its kernel, over `frames` if there are any. It may begin a frame, and leaves its scenes
@@ -49,7 +79,7 @@ impl CpuExecutor {
         course: &mut Course,
         frames: Option<&(dyn AnyFrames + Sync)>,
     ) {
-        course.run_pass(pass, buffers, &|dispatch, rows| self.all(dispatch, rows, frames));
+        course.run_pass(pass, buffers, self.levels, &|dispatch, rows| self.all(dispatch, rows, frames));
     }
 
     fn all(&self, dispatch: &Dispatch<'_>, rows: Rows<'_>, frames: Option<&(dyn AnyFrames + Sync)>) {
@@ -80,7 +110,7 @@ impl CpuExecutor {
     ) -> Result<Vec<Vec<u32>>, Error> {
         let checked = |pass: Result<Pass, Error>| pass.and_then(|pass| check_probes(&pass, frames).map(|()| pass));
         let plan = FramePlan { passes: Box::new(plan.passes.map(checked)), ..plan };
-        run(plan, observe, &|dispatch, rows| {
+        run(plan, observe, Levels::all(SimdLevel::best()), &|dispatch, rows| {
             (0..).zip(rows).for_each(|(y, own)| dispatch.row(y, own, Some(frames)));
         })
     }
@@ -111,6 +141,7 @@ struct Dispatch<'a> {
     pass: &'a Pass,
     read: Vec<&'a [u32]>,
     tracers: [Tracer<'a>; 2],
+    lanes: SimdLevel,
 }
 
 /// For each row of a grid its part of the buffers that the pass writes.
@@ -130,6 +161,7 @@ impl Dispatch<'_> {
             own: &mut own,
             tracers: self.tracers,
             frames,
+            lanes: self.lanes,
         });
     }
 }
@@ -138,14 +170,19 @@ impl Dispatch<'_> {
 type AllRows<'a> = dyn Fn(&Dispatch<'_>, Rows<'_>) + 'a;
 
 /// Runs a plan.
-fn run(plan: FramePlan<'_>, observe: &mut Observer<'_>, all: &AllRows<'_>) -> Result<Vec<Vec<u32>>, Error> {
+fn run(
+    plan: FramePlan<'_>,
+    observe: &mut Observer<'_>,
+    levels: Levels,
+    all: &AllRows<'_>,
+) -> Result<Vec<Vec<u32>>, Error> {
     // shared with the plan until a pass writes them
     let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(Buffer::initial).collect();
     let mut course = Course::new([plan.scene.clone(), plan.scene]);
     for (done, pass) in (1..).zip(plan.passes) {
         let pass = pass?;
         pass.check(&plan.buffers)?;
-        course.run_pass(&pass, &mut buffers, all);
+        course.run_pass(&pass, &mut buffers, levels, all);
         let progress = Progress { done, total: plan.pass_count };
         observe(&Step::new(progress, &pass, &|id| Ok(buffers[id].to_vec())))?;
     }
@@ -159,7 +196,7 @@ impl Course {
     }
 
     /// Runs a pass over the scenes of this frame and of the other one, if it has work.
-    fn run_pass(&mut self, pass: &Pass, buffers: &mut [Arc<[u32]>], all: &AllRows<'_>) {
+    fn run_pass(&mut self, pass: &Pass, buffers: &mut [Arc<[u32]>], levels: Levels, all: &AllRows<'_>) {
         if let Some(frame) = &pass.frame {
             for Upload { buffer, first, words } in &frame.uploads {
                 Arc::make_mut(&mut buffers[*buffer])[*first..][..words.len()].copy_from_slice(words);
@@ -168,7 +205,9 @@ impl Course {
             self.scenes = frame.scenes.clone().map_or([None, None], |scenes| scenes.map(Some));
         }
         if pass.waiting.is_none_or(|waiting| self.has_work(pass, waiting, buffers)) {
-            dispatch(pass, buffers, &self.scenes, all);
+            let tree =
+                |scene: &Option<Arc<SceneBuffers>>| Some(scene.as_ref()?.tracer().clone().with_level(levels.rays));
+            dispatch(pass, buffers, &self.scenes.each_ref().map(tree), levels.lanes, all);
             for (_, id) in pass.bindings().filter(|(binding, _)| binding.access == Access::Own) {
                 self.at_rest.remove(&id);
             }
@@ -191,9 +230,15 @@ impl Course {
     }
 }
 
-/// Runs a pass over scenes.
-fn dispatch(pass: &Pass, buffers: &mut [Arc<[u32]>], scenes: &[Option<Arc<SceneBuffers>>; 2], all: &AllRows<'_>) {
-    let tracers = scenes.each_ref().map(|scene| scene.as_ref().map(|scene| scene.tracer() as &(dyn Hierarchy + Sync)));
+/// Runs a pass over scenes, with rays traced in `trees`.
+fn dispatch(
+    pass: &Pass,
+    buffers: &mut [Arc<[u32]>],
+    trees: &[Option<WideBvh>; 2],
+    lanes: SimdLevel,
+    all: &AllRows<'_>,
+) {
+    let tracers = trees.each_ref().map(|tree| tree.as_ref().map(|tree| tree as &(dyn Hierarchy + Sync)));
     let bound = |access| pass.bindings().filter(move |(binding, _)| binding.access == access);
     let mut own: Vec<Arc<[u32]>> = bound(Access::Own).map(|(_, id)| std::mem::take(&mut buffers[id])).collect();
     let read = bound(Access::Read).map(|(_, id)| &*buffers[id]).collect();
@@ -202,7 +247,7 @@ fn dispatch(pass: &Pass, buffers: &mut [Arc<[u32]>], scenes: &[Option<Arc<SceneB
         let parts = Arc::make_mut(words).chunks_exact_mut(binding.stride as usize / 4 * pass.grid[0] as usize);
         rows.iter_mut().zip(parts).for_each(|(row, part)| row.push(part));
     }
-    all(&Dispatch { pass, read, tracers }, rows);
+    all(&Dispatch { pass, read, tracers, lanes }, rows);
     bound(Access::Own).zip(own).for_each(|((_, id), words)| buffers[id] = words);
 }
 
@@ -216,7 +261,7 @@ impl Executor for CpuExecutor {
     }
 
     fn run_observed(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
-        run(plan, observe, &|dispatch, rows| self.all(dispatch, rows, None))
+        run(plan, observe, self.levels, &|dispatch, rows| self.all(dispatch, rows, None))
     }
 }
 

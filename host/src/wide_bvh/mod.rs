@@ -47,6 +47,7 @@ use restir_shared::lanes::Lanes;
 use restir_shared::layout::TRIANGLE_WORDS;
 use restir_shared::pack::xyz;
 use restir_shared::scene::{Hierarchy, SceneView};
+use std::sync::Arc;
 
 /// The bounds of the arena's triangles.
 fn triangle_boxes(scene: &SceneView<'_>) -> Vec<Bounds> {
@@ -56,11 +57,11 @@ fn triangle_boxes(scene: &SceneView<'_>) -> Vec<Bounds> {
 }
 
 /// A BVH of eight children a node over the triangles of a scene.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct WideBvh {
-    tree: Tree,
-    /// All triangles, where they are few, none is marked and the processor has the registers.
-    brute_force: Option<(BruteForce, Avx512)>,
+    tree: Arc<Tree>,
+    /// All triangles, where they are few and none is marked.
+    brute_force: Option<Arc<BruteForce>>,
     level: SimdLevel,
 }
 
@@ -84,30 +85,23 @@ impl WideBvh {
 
     fn of(scene: &SceneView<'_>, binary: &Bvh) -> Self {
         let tree = collapse::collapse(scene, binary);
-        let few = Avx512::detect().filter(|_| !tree.partial);
-        Self {
-            brute_force: few.and_then(|token| Some((BruteForce::new(&tree.leaves, tree.bounds)?, token))),
-            tree,
-            level: *SimdLevel::available().last().unwrap_or(&SimdLevel::Portable),
-        }
+        let few = if tree.partial { None } else { BruteForce::new(&tree.leaves, tree.bounds) };
+        Self { tree: Arc::new(tree), brute_force: few.map(Arc::new), level: SimdLevel::best() }
     }
 
-    /// The same tree, traversed at a level out of [`SimdLevel::available`]; a level that this processor lacks is ignored.
+    /// The same tree, traversed at a level, or at the best below it that this processor has.
     #[must_use]
     pub fn with_level(mut self, level: SimdLevel) -> Self {
-        let levels = SimdLevel::available();
-        if levels.contains(&level) {
-            self.level = level;
-            // by SIMD only with the widest registers
-            self.brute_force = self.brute_force.filter(|_| levels.last() == Some(&level));
-        }
+        self.level = level.or_below();
         self
     }
 
-    /// All triangles, where it takes less time to test them than to trace the rays in `of` one by one.
+    /// All triangles, where it takes less time to test them than to trace the rays in `of` one by one: with the widest registers, for with
+    /// those of AVX2 it takes twice as long.
     #[inline(always)]
     fn brute_force(&self, of: &Lanes<bool>) -> Option<(&BruteForce, Avx512)> {
-        self.brute_force.as_ref().filter(|(all, _)| all.pays(of)).map(|(all, token)| (all, *token))
+        let few = self.brute_force.as_ref().filter(|all| all.pays(of))?;
+        Some((few, Avx512::at(self.level)?))
     }
 }
 
@@ -127,13 +121,13 @@ macro_rules! at_level {
                 $module::$traversal::<simd::Avx2, C>(tree, $($argument,)* coverage)
             }
             match self.level {
-                SimdLevel::Portable => $module::$traversal::<simd::Portable, C>(&self.tree, $($argument,)* coverage),
                 #[cfg(target_arch = "x86_64")]
                 // SAFETY: the level is set to what the processor was found to have
                 SimdLevel::Avx2 => unsafe { avx2(&self.tree, $($argument,)* coverage) },
                 #[cfg(target_arch = "x86_64")]
                 // SAFETY: as above
                 SimdLevel::Avx512 => unsafe { avx512(&self.tree, $($argument,)* coverage) },
+                _ => $module::$traversal::<simd::Portable, C>(&self.tree, $($argument,)* coverage),
             }
         }
     };

@@ -22,22 +22,22 @@ const BATCH: usize = 64 << MAX_BLOCK_LOG2;
 
 /// The sum of one block of samples of each pixel of a row, from (x, y) on, as [`super::pixel`] gives it.
 #[inline(always)]
-pub fn pixels<const COMPILED: u32>(
+pub fn pixels<T: SimdToken, const COMPILED: u32>(
     scene: &SceneView<'_, COMPILED>,
     params: &PathParams,
     [x, y]: [u32; 2],
     film: &mut [FilmPixel],
-    token: impl SimdToken,
+    token: T,
 ) {
     let block_log2 = params.block_log2.min(MAX_BLOCK_LOG2);
     let mut radiances = [Vec3::ZERO; BATCH];
     let mut at = 0;
     while at < film.len() {
-        let batch = Batch { scene, params, at: [x.wrapping_add(at as u32), y], block_log2 };
+        let batch = Batch { scene, params, at: [x.wrapping_add(at as u32), y], block_log2, token };
         let most = (BATCH >> block_log2).min(film.len() - at);
         let count = (0..most).take_while(|&pixel| !batch.is_black(pixel as u32)).count();
         if count > 0 {
-            batch.sums(&mut film[at..at + count], &mut radiances, token);
+            batch.sums(&mut film[at..at + count], &mut radiances);
         }
         if count < most {
             film[at + count] = FilmPixel::default();
@@ -47,12 +47,13 @@ pub fn pixels<const COMPILED: u32>(
 }
 
 /// The samples of some pixels in a row, numbered from 0.
-struct Batch<'a, const COMPILED: u32> {
+struct Batch<'a, T, const COMPILED: u32> {
     scene: &'a SceneView<'a, COMPILED>,
     params: &'a PathParams,
     /// The first pixel.
     at: [u32; 2],
     block_log2: u32,
+    token: T,
 }
 
 soa! { Walks = Walk { ray: Ray, throughput: Vec3, chosen: Chosen, depth: u32 } }
@@ -86,15 +87,18 @@ struct Arrived {
     hit: Lanes<Hit>,
 }
 
-/// Paths that have met the scene at points which are known, where [`Surfaces`] is a stage.
+/// What the scene's tables have about hits, where [`Surfaces`] is a stage.
 struct Located {
-    arrived: Arrived,
     point: Lanes<SurfacePoint>,
+    /// The density of light samples there, if the point emits.
+    density: Lanes<f32>,
 }
 
-/// The same with a light sample for each path, where [`ChooseLights`] is a stage.
+/// Paths that have met the scene, at points and with light samples that are known where these are stages.
 struct Vertices {
+    arrived: Arrived,
     located: Located,
+    /// Where [`ChooseLights`] is a stage.
     light: Lanes<LightSample>,
 }
 
@@ -125,12 +129,12 @@ struct Progress<'a> {
 
 /// The first segments of the samples from `first` on. `PLAIN` cameras have no lens, and pixels the box for a filter: what others need
 /// are calls and loops, which the stage of plain ones does not even name.
-struct CameraSegments<'a, const COMPILED: u32, const PLAIN: bool> {
-    batch: &'a Batch<'a, COMPILED>,
+struct CameraSegments<'a, T, const COMPILED: u32, const PLAIN: bool> {
+    batch: &'a Batch<'a, T, COMPILED>,
     first: u32,
 }
 
-impl<const COMPILED: u32, const PLAIN: bool> LaneKernel for CameraSegments<'_, COMPILED, PLAIN> {
+impl<T: SimdToken, const COMPILED: u32, const PLAIN: bool> LaneKernel for CameraSegments<'_, T, COMPILED, PLAIN> {
     type In = ();
     type Out = Lanes<Ray>;
 
@@ -153,25 +157,29 @@ impl<const COMPILED: u32, const PLAIN: bool> LaneKernel for CameraSegments<'_, C
     }
 }
 
-/// Geometry and materials at the hits. A stage by itself, because textures are loops.
-struct Surfaces<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+/// Geometry and materials at the hits. A stage by itself where it would keep compilers from vectorising the rest: textures are loops, and
+/// not all registers are loaded from many addresses.
+struct Surfaces<'a, T, const COMPILED: u32>(&'a Batch<'a, T, COMPILED>);
 
-impl<const COMPILED: u32> LaneKernel for Surfaces<'_, COMPILED> {
+impl<T: SimdToken, const COMPILED: u32> LaneKernel for Surfaces<'_, T, COMPILED> {
     type In = Arrived;
-    type Out = Lanes<SurfacePoint>;
+    type Out = Located;
 
     #[inline(always)]
-    fn run(&self, from: &Arrived, points: &mut Lanes<SurfacePoint>) {
+    fn run(&self, from: &Arrived, located: &mut Located) {
+        let scene = self.0.scene;
         for lane in 0..LANES {
-            points.set(lane, self.0.scene.surface(&from.paths.walk.get(lane).ray, &from.hit.get(lane)));
+            let hit = from.hit.get(lane);
+            located.point.set(lane, scene.surface(&from.paths.walk.get(lane).ray, &hit));
+            located.density.set(lane, scene.light_density(&hit));
         }
     }
 }
 
-/// Light samples for all vertices, whether they need one or not. A stage by itself, because a point of an environment is searched for.
-struct ChooseLights<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+/// Light samples for all vertices, whether they need one or not. A stage by itself as [`Surfaces`] is: a point of an environment is searched for.
+struct ChooseLights<'a, T, const COMPILED: u32>(&'a Batch<'a, T, COMPILED>);
 
-impl<const COMPILED: u32> LaneKernel for ChooseLights<'_, COMPILED> {
+impl<T: SimdToken, const COMPILED: u32> LaneKernel for ChooseLights<'_, T, COMPILED> {
     type In = Arrived;
     type Out = Lanes<LightSample>;
 
@@ -200,31 +208,29 @@ impl<const COMPILED: u32> LaneKernel for ChooseLights<'_, COMPILED> {
 }
 
 /// Emission, light from the samples, and next directions.
-struct Scatter<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+struct Scatter<'a, T, const COMPILED: u32>(&'a Batch<'a, T, COMPILED>);
 
-impl<const COMPILED: u32> LaneKernel for Scatter<'_, COMPILED> {
+impl<T: SimdToken, const COMPILED: u32> LaneKernel for Scatter<'_, T, COMPILED> {
     type In = Vertices;
     type Out = Scattered;
 
     #[inline(always)]
     fn run(&self, from: &Vertices, to: &mut Scattered) {
         let Batch { scene, params, .. } = *self.0;
-        let (features, Located { arrived, .. }) = (scene.features(), &from.located);
+        let (features, Vertices { arrived, located, .. }) = (scene.features(), from);
         let paths = &arrived.paths;
         for lane in 0..LANES {
             let (mut walk, sample, mut sum) = (paths.walk.get(lane), paths.sample.get(lane), paths.sum.get(lane));
-            let (hit, point) = (arrived.hit.get(lane), self.0.point(&from.located, lane));
+            let hit = arrived.hit.get(lane);
+            let point = if Self::LOCATED { located.point.get(lane) } else { scene.surface(&walk.ray, &hit) };
             walk.throughput = through_interior(walk.throughput, &point, &walk.ray, hit.t, features);
-            walk.arrive(scene, &hit, &point, &mut sum);
+            let density = || if Self::LOCATED { located.density.get(lane) } else { scene.light_density(&hit) };
+            walk.arrive(&hit, &point, density, &mut sum);
             let counts = arrived.any.get(lane) & (walk.depth < params.max_depth);
             let goes_on = counts & (max_component(walk.throughput) > 0.0);
             let vertex = Vertex::new(&point, &walk.ray, features);
             let numbers = Numbers::at(&self.0.numbers(sample).0, walk.depth);
-            let light = if COMPILED & FEATURE_ENVIRONMENT != 0 {
-                from.light.get(lane)
-            } else {
-                scene.sample_light(numbers.light())
-            };
+            let light = if Self::LIT { from.light.get(lane) } else { scene.sample_light(numbers.light()) };
             let connection = vertex.connect(&light);
             let lit = vertex.bsdf.has_smooth_part() & connection.shines();
             to.lit.set(lane, goes_on & lit);
@@ -239,10 +245,17 @@ impl<const COMPILED: u32> LaneKernel for Scatter<'_, COMPILED> {
     }
 }
 
-/// What camera rays find that leave the scene at once, where the chance of a light sample does not matter.
-struct Background<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+impl<T: SimdToken, const COMPILED: u32> Scatter<'_, T, COMPILED> {
+    /// Whether [`Surfaces`] is a stage.
+    const LOCATED: bool = !T::GATHERS || COMPILED & FEATURE_TEXTURES != 0;
+    /// Whether [`ChooseLights`] is.
+    const LIT: bool = !T::GATHERS || COMPILED & FEATURE_ENVIRONMENT != 0;
+}
 
-impl<const COMPILED: u32> LaneKernel for Background<'_, COMPILED> {
+/// What camera rays find that leave the scene at once, where the chance of a light sample does not matter.
+struct Background<'a, T, const COMPILED: u32>(&'a Batch<'a, T, COMPILED>);
+
+impl<T: SimdToken, const COMPILED: u32> LaneKernel for Background<'_, T, COMPILED> {
     type In = Lanes<Ray>;
     type Out = Lanes<Vec3>;
 
@@ -262,9 +275,9 @@ impl<const COMPILED: u32> LaneKernel for Background<'_, COMPILED> {
 }
 
 /// What paths find that leave the scene, with what they had found before.
-struct Escape<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+struct Escape<'a, T, const COMPILED: u32>(&'a Batch<'a, T, COMPILED>);
 
-impl<const COMPILED: u32> LaneKernel for Escape<'_, COMPILED> {
+impl<T: SimdToken, const COMPILED: u32> LaneKernel for Escape<'_, T, COMPILED> {
     type In = Paths;
     type Out = Lanes<Vec3>;
 
@@ -283,14 +296,14 @@ impl<const COMPILED: u32> LaneKernel for Escape<'_, COMPILED> {
     }
 }
 
-impl<const COMPILED: u32> Batch<'_, COMPILED> {
+impl<T: SimdToken, const COMPILED: u32> Batch<'_, T, COMPILED> {
     /// The sum of each pixel's samples, whose radiances are written down in `radiances`.
     #[inline(always)]
-    fn sums(&self, film: &mut [FilmPixel], radiances: &mut [Vec3; BATCH], token: impl SimdToken) {
+    fn sums(&self, film: &mut [FilmPixel], radiances: &mut [Vec3; BATCH]) {
         let radiances = &mut radiances[..film.len() << self.block_log2];
         radiances.fill(Vec3::ZERO);
         if self.params.max_depth > 0 {
-            self.trace(radiances, token);
+            self.trace(radiances);
         }
         for (pixel, radiances) in film.iter_mut().zip(radiances.chunks(1 << self.block_log2)) {
             let of_sample = |index: u32| radiances[index.wrapping_sub(self.params.first_sample) as usize];
@@ -300,7 +313,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
 
     /// The radiance of each sample.
     #[inline(always)]
-    fn trace(&self, radiances: &mut [Vec3], token: impl SimdToken) {
+    fn trace(&self, radiances: &mut [Vec3]) {
         let mut progress = Progress {
             begun: 0,
             ahead: Lanes::ZERO,
@@ -309,8 +322,11 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
             escapes: 0,
             radiances,
         };
-        let arrived = Arrived { paths: Paths::NONE, any: Lanes::ZERO, hit: Lanes::ZERO };
-        let mut vertices = Vertices { located: Located { arrived, point: Lanes::ZERO }, light: Lanes::ZERO };
+        let mut vertices = Vertices {
+            arrived: Arrived { paths: Paths::NONE, any: Lanes::ZERO, hit: Lanes::ZERO },
+            located: Located { point: Lanes::ZERO, density: Lanes::ZERO },
+            light: Lanes::ZERO,
+        };
         let mut scattered = Scattered {
             paths: Paths::NONE,
             alive: Lanes::ZERO,
@@ -318,28 +334,22 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
             shadow: Lanes::ZERO,
             value: Lanes::ZERO,
         };
-        while self.extend(&mut scattered, &mut vertices.located.arrived, &mut progress, token) {
-            if COMPILED & FEATURE_TEXTURES != 0 {
-                token.run(&Surfaces(self), &vertices.located.arrived, &mut vertices.located.point);
+        while self.extend(&mut scattered, &mut vertices.arrived, &mut progress) {
+            if Scatter::<T, COMPILED>::LOCATED {
+                self.token.run(&Surfaces(self), &vertices.arrived, &mut vertices.located);
             }
-            if COMPILED & FEATURE_ENVIRONMENT != 0 {
-                token.run(&ChooseLights(self), &vertices.located.arrived, &mut vertices.light);
+            if Scatter::<T, COMPILED>::LIT {
+                self.token.run(&ChooseLights(self), &vertices.arrived, &mut vertices.light);
             }
-            token.run(&Scatter(self), &vertices, &mut scattered);
-            self.look(&vertices.located.arrived, &mut scattered, progress.radiances);
+            self.token.run(&Scatter(self), &vertices, &mut scattered);
+            self.look(&vertices.arrived, &mut scattered, progress.radiances);
         }
-        self.escape(&mut progress, token);
+        self.escape(&mut progress);
     }
 
     /// Traces all paths to their next vertex; whether there is any. Those that leave the scene make room for others.
     #[inline(always)]
-    fn extend(
-        &self,
-        scattered: &mut Scattered,
-        arrived: &mut Arrived,
-        progress: &mut Progress<'_>,
-        token: impl SimdToken,
-    ) -> bool {
+    fn extend(&self, scattered: &mut Scattered, arrived: &mut Arrived, progress: &mut Progress<'_>) -> bool {
         let Scattered { paths, alive, .. } = scattered;
         let mut rays = Lanes::ZERO;
         for lane in 0..LANES {
@@ -354,10 +364,10 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         let all = Lanes::all(true).bits();
         for lane in lanes_of(all & !arrived.any.bits()) {
             let miss = arrived.hit.get(lane);
-            let mut hit = if alive.get(lane) { Some(miss) } else { self.begin(paths, lane, progress, token) };
+            let mut hit = if alive.get(lane) { Some(miss) } else { self.begin(paths, lane, progress) };
             while let Some(miss) = hit.filter(|hit| !hit.is_hit()) {
-                self.leave(paths, lane, &miss, progress, token);
-                hit = self.begin(paths, lane, progress, token);
+                self.leave(paths, lane, &miss, progress);
+                hit = self.begin(paths, lane, progress);
             }
             arrived.any.set(lane, hit.is_some());
             arrived.hit.set(lane, hit.unwrap_or(before.get(lane)));
@@ -368,14 +378,14 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
 
     /// Begins the next sample, if there is one, and gives what its first segment meets.
     #[inline(always)]
-    fn begin(&self, paths: &mut Paths, lane: usize, progress: &mut Progress<'_>, token: impl SimdToken) -> Option<Hit> {
+    fn begin(&self, paths: &mut Paths, lane: usize, progress: &mut Progress<'_>) -> Option<Hit> {
         while progress.begun.is_multiple_of(LANES) && progress.begun < progress.radiances.len() {
-            self.look_ahead(progress.begun as u32, &mut progress.ahead, token);
+            self.look_ahead(progress.begun as u32, &mut progress.ahead);
             self.meet(progress);
             if (0..LANES).any(|lane| progress.first_hits.get(lane) != Hit::MISS) {
                 break;
             }
-            self.pass_by(progress, token);
+            self.pass_by(progress);
         }
         let next = progress.begun;
         if next >= progress.radiances.len() {
@@ -388,9 +398,9 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
 
     /// Writes down what the next samples find, none of which meets anything.
     #[inline(always)]
-    fn pass_by(&self, progress: &mut Progress<'_>, token: impl SimdToken) {
+    fn pass_by(&self, progress: &mut Progress<'_>) {
         let mut sums = Lanes::ZERO;
-        token.run(&Background(self), &progress.ahead, &mut sums);
+        self.token.run(&Background(self), &progress.ahead, &mut sums);
         for (lane, radiance) in progress.radiances[progress.begun..].iter_mut().take(LANES).enumerate() {
             *radiance = sums.get(lane);
         }
@@ -399,11 +409,11 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
 
     /// The first segments of the samples from `first` on.
     #[inline(always)]
-    fn look_ahead(&self, first: u32, rays: &mut Lanes<Ray>, token: impl SimdToken) {
+    fn look_ahead(&self, first: u32, rays: &mut Lanes<Ray>) {
         if self.has_plain_camera() {
-            token.run(&CameraSegments::<COMPILED, true> { batch: self, first }, &(), rays);
+            self.token.run(&CameraSegments::<T, COMPILED, true> { batch: self, first }, &(), rays);
         } else {
-            token.run(&CameraSegments::<COMPILED, false> { batch: self, first }, &(), rays);
+            self.token.run(&CameraSegments::<T, COMPILED, false> { batch: self, first }, &(), rays);
         }
     }
 
@@ -450,7 +460,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
 
     /// Puts a path that leaves the scene beside others that have.
     #[inline(always)]
-    fn leave(&self, paths: &Paths, lane: usize, miss: &Hit, progress: &mut Progress<'_>, token: impl SimdToken) {
+    fn leave(&self, paths: &Paths, lane: usize, miss: &Hit, progress: &mut Progress<'_>) {
         let sample = paths.sample.get(lane);
         if miss.is_cut() {
             progress.radiances[sample as usize] = CUT;
@@ -459,15 +469,15 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         progress.escaped.set(progress.escapes, paths.walk.get(lane), sample, paths.sum.get(lane));
         progress.escapes += 1;
         if progress.escapes == LANES {
-            self.escape(progress, token);
+            self.escape(progress);
         }
     }
 
     /// Writes down what paths have found that have left the scene.
     #[inline(always)]
-    fn escape(&self, progress: &mut Progress<'_>, token: impl SimdToken) {
+    fn escape(&self, progress: &mut Progress<'_>) {
         let mut sums = Lanes::ZERO;
-        token.run(&Escape(self), &progress.escaped, &mut sums);
+        self.token.run(&Escape(self), &progress.escaped, &mut sums);
         for lane in 0..progress.escapes {
             progress.radiances[progress.escaped.sample.get(lane) as usize] = sums.get(lane);
         }
@@ -489,16 +499,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     }
 }
 
-impl<const COMPILED: u32> Batch<'_, COMPILED> {
-    /// Geometry and material at a vertex.
-    #[inline(always)]
-    fn point(&self, from: &Located, lane: usize) -> SurfacePoint {
-        if COMPILED & FEATURE_TEXTURES != 0 {
-            return from.point.get(lane);
-        }
-        self.scene.surface(&from.arrived.paths.walk.get(lane).ray, &from.arrived.hit.get(lane))
-    }
-
+impl<T: SimdToken, const COMPILED: u32> Batch<'_, T, COMPILED> {
     /// The random numbers of a sample, and its pixel.
     #[inline(always)]
     fn numbers(&self, sample: u32) -> (Rng, [u32; 2]) {

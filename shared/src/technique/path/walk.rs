@@ -239,7 +239,7 @@ impl Walk {
                 let hit = receiver.place(scene, &self, hit);
                 let point = scene.surface(&self.ray, &hit);
                 self.throughput = through_interior(self.throughput, &point, &self.ray, hit.t, scene.features());
-                self.arrive(scene, &hit, &point, receiver);
+                self.arrive(&hit, &point, || scene.light_density(&hit), receiver);
                 alive = self.depth < max_depth && max_component(self.throughput) > 0.0;
                 if alive {
                     alive = self.scatter(scene, rng, &point, roulette, receiver);
@@ -267,18 +267,18 @@ impl Walk {
         }
     }
 
-    /// The segment ends on a surface.
+    /// The segment ends on a surface; `density` is that of light samples there, see [`Lights::light_density`].
     #[inline(always)]
-    pub(super) fn arrive<S: Surface + Lights, R: Receiver<S::Material>>(
+    pub(super) fn arrive<M: Scattering, R: Receiver<M>>(
         &mut self,
-        scene: &S,
         hit: &Hit,
-        point: &SurfacePoint<S::Material>,
+        point: &SurfacePoint<M>,
+        density: impl FnOnce() -> f32,
         receiver: &mut R,
     ) {
         receiver.arrive(self, hit, point);
         if max_component(point.emission) > 0.0 {
-            let weight = emission_weight(scene.light_density(hit), point, &self.ray, hit.t, self.chosen);
+            let weight = emission_weight(density(), point, &self.ray, hit.t, self.chosen);
             receiver.emission(point.emission, weight, self.throughput * point.emission * weight);
         }
         self.depth += 1;

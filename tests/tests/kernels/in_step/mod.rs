@@ -1,5 +1,6 @@
 //! Paths, and the passes of ReSTIR DI, by SIMD have the bits of those one by one, with the registers of any processor.
 
+mod levels;
 mod passes;
 
 use bytemuck::Pod;
@@ -33,18 +34,36 @@ pub(crate) fn trials() -> Vec<Trial> {
     let moving = ["moving", "toys"];
     trials.extend(moving.map(|name| Trial::test(format!("two scenes of {name}"), move || passes::of_two_scenes(name))));
     trials.push(Trial::test("other passes are seen", passes::others_are_seen));
+    trials.extend(names().map(|name| Trial::test(format!("levels of {name}"), move || levels::same_films(name))));
+    trials.push(Trial::test("levels are in order", levels::in_order));
     trials
 }
 
-/// Stages as the compiler of the tests compiles them.
+/// Stages as the compiler of the tests compiles them, arranged for instructions that gather, or for others.
 #[derive(Clone, Copy)]
-struct Any;
+struct Any<const GATHERS: bool>;
 
-impl SimdToken for Any {
+impl<const GATHERS: bool> SimdToken for Any<GATHERS> {
+    const GATHERS: bool = GATHERS;
+
     fn run<K: LaneKernel>(self, kernel: &K, input: &K::In, output: &mut K::Out) {
         kernel.run(input, output);
     }
 }
+
+/// How many words are others by stages in either arrangement, which is as many.
+macro_rules! by_either {
+    ($token:ident => $words:expr) => {{
+        let gathering = {
+            let $token = Any::<true>;
+            $words
+        };
+        let $token = Any::<false>;
+        assert_eq!(gathering, $words, "words that differ with and without gathering");
+        gathering
+    }};
+}
+use by_either;
 
 /// Images of 133 x 29 pixels, so that no row is a multiple of the lanes.
 const SIZE: [u32; 2] = [133, 29];
@@ -105,9 +124,11 @@ fn rows<const COMPILED: u32>(view: &SceneView<'_, COMPILED>, params: &PathParams
         let single: Vec<_> = (0..SIZE[0]).map(|x| pixel(view, params, x, y)).collect();
         // a part of the row, too
         for first in [0, LANES as u32 + 3] {
-            let mut film = vec![FilmPixel::default(); (SIZE[0] - first) as usize];
-            pixels(view, params, [first, y], &mut film, Any);
-            let differ = differing(&film, &single[first as usize..]);
+            let differ = by_either!(token => {
+                let mut film = vec![FilmPixel::default(); (SIZE[0] - first) as usize];
+                pixels(view, params, [first, y], &mut film, token);
+                differing(&film, &single[first as usize..])
+            });
             ensure(differ == 0, || format!("{name}: {differ} words of row {y} from {first} on differ, of {params:?}"))?;
         }
     }
@@ -119,7 +140,7 @@ fn other_numbers() -> Result<(), Failed> {
     let scene = buffers("cornell")?;
     let params = PathParams::new(scene.camera.params(SIZE[0], SIZE[1]), SIZE, 5);
     let mut film = vec![FilmPixel::default(); SIZE[0] as usize];
-    pixels(&scene.view(), &params, [0, ROWS[1]], &mut film, Any);
+    pixels(&scene.view(), &params, [0, ROWS[1]], &mut film, Any::<true>);
     let other = PathParams { seed: 6, ..params };
     let single: Vec<_> = (0..SIZE[0]).map(|x| pixel(&scene.view(), &other, x, ROWS[1])).collect();
     let lit = film.iter().zip(&single).filter(|(a, b)| a.sum != [0.0; 3] || b.sum != [0.0; 3]).count();
@@ -228,7 +249,7 @@ impl Row {
     ) -> usize {
         let mut reservoirs = vec![PackedReservoir::default(); self.hits.len()];
         let mut direct = vec![FilmPixel::default(); self.hits.len()];
-        initial_row(view, params, tiles, (&self.hits, [0, self.y]), (&mut reservoirs, &mut direct), Any);
+        initial_row(view, params, tiles, (&self.hits, [0, self.y]), (&mut reservoirs, &mut direct), Any::<true>);
         differing(&reservoirs, &self.reservoirs) + differing(&direct, &self.direct)
     }
 

@@ -1,6 +1,6 @@
 //! Camera rays, combines and shading with neighbours of ReSTIR DI by SIMD have the bits of those one by one.
 
-use super::{Any, ROWS, SIZE, differing};
+use super::{Any, ROWS, SIZE, by_either, differing};
 use libtest_mimic::Failed;
 use restir_host::render::Render;
 use restir_kernels::restir_di::di_combine;
@@ -53,7 +53,7 @@ impl Frame {
     fn other_hits<const COMPILED: u32>(&self, view: &SceneView<'_, COMPILED>, params: &DiParams) -> usize {
         let row = |(at, range): (_, std::ops::Range<usize>)| {
             let mut hits = vec![PackedHit::default(); range.len()];
-            primary_row(view, params, at, &mut hits, Any);
+            primary_row(view, params, at, &mut hits, Any::<true>);
             differing(&hits, &self.hits[range])
         };
         Self::rows().map(row).sum()
@@ -74,9 +74,11 @@ impl Frame {
             let own = &self.reservoirs[range];
             let single: Vec<_> =
                 (x..).zip(own).map(|(x, &own)| combine(*frames[0], params, &planes, own, [x, y]).reservoir).collect();
-            let mut row = own.to_vec();
-            combine_row(frames[1], stepped, &planes, [x, y], &mut row, Any);
-            differing(&row, &single)
+            by_either!(token => {
+                let mut row = own.to_vec();
+                combine_row(frames[1], stepped, &planes, [x, y], &mut row, token);
+                differing(&row, &single)
+            })
         };
         Self::rows().map(row).sum()
     }
@@ -92,10 +94,12 @@ impl Frame {
             let single = (x..).zip(hits).map(|(x, &hit)| exchange(view, params, &self.points, hit, [x, y]));
             let single = single.map(|made| (made.pairs, made.sent));
             let (single_pairs, single_film): (Vec<_>, Vec<_>) = single.unzip();
-            let mut pairs = vec![DiPairs::default(); hits.len()];
-            let mut film = vec![FilmPixel::default(); hits.len()];
-            exchange_row(&view, stepped, &self.points, (hits, [x, y]), (&mut pairs, &mut film), Any);
-            differing(&pairs, &single_pairs) + differing(&film, &single_film)
+            by_either!(token => {
+                let mut pairs = vec![DiPairs::default(); hits.len()];
+                let mut film = vec![FilmPixel::default(); hits.len()];
+                exchange_row(&view, stepped, &self.points, (hits, [x, y]), (&mut pairs, &mut film), token);
+                differing(&pairs, &single_pairs) + differing(&film, &single_film)
+            })
         };
         Self::rows().map(row).sum()
     }
@@ -234,9 +238,11 @@ fn combined_otherwise(capture: &Capture, features: u32, same: bool) -> usize {
     let row = |(y, own): (u32, &[PackedReservoir])| {
         let single = (0..).zip(own).map(|(x, &own)| combine(frames, &params, &planes, own, [x, y]).reservoir);
         let single: Vec<_> = single.collect();
-        let mut row = own.to_vec();
-        combine_row(&stepped, &params, &planes, [0, y], &mut row, Any);
-        differing(&row, &single)
+        by_either!(token => {
+            let mut row = own.to_vec();
+            combine_row(&stepped, &params, &planes, [0, y], &mut row, token);
+            differing(&row, &single)
+        })
     };
     (0..).zip(own.chunks(params.width as usize)).map(row).sum()
 }

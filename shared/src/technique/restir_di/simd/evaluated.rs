@@ -4,11 +4,12 @@ use super::super::domain::Light;
 use super::super::pixel::View;
 use super::super::{Flags, Sent, visible_target};
 use super::Looking;
+use super::read::{Look, LookUp, Sees};
 use crate::geometry::Ray;
 use crate::lanes::{LANES, LaneKernel, Lanes, SimdToken, soa};
 use crate::resample::domain::{Domain, Shifted, Source};
-use crate::scene::{AddressedLights, Frames, LightAddress, SceneView};
-use crate::transport::transmittance;
+use crate::scene::{AddressedLight, AddressedLights, Frames, LightAddress, SceneView, Surface};
+use crate::transport::{Vertex, transmittance};
 use core::cell::Cell;
 use glam::Vec3;
 
@@ -48,8 +49,7 @@ const _: () = assert!(SAMPLES == 2, "the stage names each");
 /// Samples at pixels of one frame that wait until there are as many pixels as lanes. Of those that follow each other at one pixel, [`SAMPLES`] share
 /// its lane, so that what is seen there is looked at once.
 pub(super) struct Waiting<'a, R, const COMPILED: u32> {
-    evaluate: Evaluate<'a, COMPILED>,
-    token: R,
+    evaluate: Evaluate<'a, R, COMPILED>,
     questions: Questions,
     /// Where each one's evaluation belongs, or [`NOWHERE`].
     places: [[usize; SAMPLES]; LANES],
@@ -64,15 +64,22 @@ pub(super) struct Waiting<'a, R, const COMPILED: u32> {
 struct Questions {
     looking: Lanes<Looking>,
     asked: [Lanes<Asked>; SAMPLES],
+    /// What the pixels see and what lies at the samples, where reading it is a stage.
+    sees: Sees,
+    lights: [Lanes<AddressedLight>; SAMPLES],
 }
 
 impl<'a, R: SimdToken, const COMPILED: u32> Waiting<'a, R, COMPILED> {
     #[inline(always)]
     pub(super) fn new(scene: &'a SceneView<'a, COMPILED>, view: View, flags: Flags, token: R) -> Self {
         Self {
-            evaluate: Evaluate { scene, view, flags },
-            token,
-            questions: Questions { looking: Lanes::ZERO, asked: [Lanes::ZERO; SAMPLES] },
+            evaluate: Evaluate { look: Look { scene, view }, flags, token },
+            questions: Questions {
+                looking: Lanes::ZERO,
+                asked: [Lanes::ZERO; SAMPLES],
+                sees: Sees::ZERO,
+                lights: [Lanes::ZERO; SAMPLES],
+            },
             places: [[NOWHERE; SAMPLES]; LANES],
             count: 0,
             of_last: SAMPLES,
@@ -108,7 +115,10 @@ impl<'a, R: SimdToken, const COMPILED: u32> Waiting<'a, R, COMPILED> {
 
     #[inline(never)]
     fn evaluate(&mut self, evaluated: &mut [Evaluated]) {
-        self.token.run(&self.evaluate, &self.questions, &mut self.sent);
+        if !R::GATHERS {
+            self.questions.read(&self.evaluate);
+        }
+        self.evaluate.token.run(&self.evaluate, &self.questions, &mut self.sent);
         for sample in 0..SAMPLES {
             self.trace(sample, evaluated);
         }
@@ -118,7 +128,7 @@ impl<'a, R: SimdToken, const COMPILED: u32> Waiting<'a, R, COMPILED> {
     /// Traces the rays of the samples of that index, one of each pixel.
     #[inline(always)]
     fn trace(&self, sample: usize, evaluated: &mut [Evaluated]) {
-        let Evaluate { scene, flags, .. } = self.evaluate;
+        let Evaluate { look: Look { scene, .. }, flags, .. } = self.evaluate;
         let through_glass = flags.contains(Flags::TRANSMITTANCE);
         let (asked, sent) = (&self.questions.asked[sample], &self.sent[sample]);
         let is_asked = |lane: usize| (lane < self.count) & (self.places[lane][sample] != NOWHERE);
@@ -142,27 +152,45 @@ impl<'a, R: SimdToken, const COMPILED: u32> Waiting<'a, R, COMPILED> {
     }
 }
 
-/// Evaluates samples at pixels of a view.
-struct Evaluate<'a, const COMPILED: u32> {
-    scene: &'a SceneView<'a, COMPILED>,
-    view: View,
-    flags: Flags,
+impl Questions {
+    /// Looks at the pixels, and at what lies at the samples.
+    #[inline(always)]
+    fn read<R: SimdToken, const COMPILED: u32>(&mut self, evaluate: &Evaluate<'_, R, COMPILED>) {
+        let Evaluate { look, token, .. } = evaluate;
+        token.run(look, &self.looking, &mut self.sees);
+        for (asked, lights) in self.asked.iter().zip(&mut self.lights) {
+            token.run(&LookUp(look.scene), &Lanes::from_fn(|lane| asked.get(lane).sample), lights);
+        }
+    }
 }
 
-impl<const COMPILED: u32> LaneKernel for Evaluate<'_, COMPILED> {
+/// Evaluates samples at pixels of a view.
+struct Evaluate<'a, R, const COMPILED: u32> {
+    look: Look<'a, COMPILED>,
+    flags: Flags,
+    token: R,
+}
+
+impl<R: SimdToken, const COMPILED: u32> LaneKernel for Evaluate<'_, R, COMPILED> {
     type In = Questions;
     type Out = [Lanes<Sent>; SAMPLES];
 
     #[inline(always)]
     fn run(&self, from: &Questions, sent: &mut [Lanes<Sent>; SAMPLES]) {
         // copies, of which the compiler sees that nobody writes to them
-        let (scene, view, flags) = (*self.scene, self.view, self.flags);
+        let (scene, view, flags) = (*self.look.scene, self.look.view, self.flags);
         for lane in 0..LANES {
-            let Looking { x, y, hit } = from.looking.get(lane);
-            let vertex = view.of_hit([x, y], hit).vertex(&scene);
+            let (vertex, lights) = if R::GATHERS {
+                let Looking { x, y, hit } = from.looking.get(lane);
+                let at = |sample: &Lanes<Asked>| scene.light_at(sample.get(lane).sample);
+                (view.of_hit([x, y], hit).vertex(&scene), [at(&from.asked[0]), at(&from.asked[1])])
+            } else {
+                let vertex = Vertex::new(&from.sees.point.get(lane), &from.sees.ray.get(lane), scene.features());
+                (vertex, [from.lights[0].get(lane), from.lights[1].get(lane)])
+            };
             // one after the other: a loop would keep compilers from vectorising
-            sent[0].set(lane, Sent::of(flags, &vertex, &scene.light_at(from.asked[0].get(lane).sample)));
-            sent[1].set(lane, Sent::of(flags, &vertex, &scene.light_at(from.asked[1].get(lane).sample)));
+            sent[0].set(lane, Sent::of(flags, &vertex, &lights[0]));
+            sent[1].set(lane, Sent::of(flags, &vertex, &lights[1]));
         }
     }
 }

@@ -2,23 +2,22 @@
 //! choice among candidates goes one by one, as it depends on those before.
 
 use super::super::initial::{Scattered, Scattering, Sight, nothing, resample};
-use super::super::pixel::{Pixel, View};
+use super::super::pixel::Pixel;
 use super::super::select::{Candidate, Group, Select, Stream, Weighed, with_light};
 use super::super::{DiParams, Flags, PackedHit, PackedReservoir, TileWords};
 use super::Looking;
+use super::read::{Look, LookUp, Sees};
 use crate::bsdf::BsdfSample;
 use crate::geometry::Ray;
 use crate::lanes::{LANES, LaneKernel, Lanes, SimdToken, soa};
 use crate::layout::{FEATURE_BLEND, FilmPixel};
 use crate::resample::reservoir::Reservoir;
 use crate::rng;
-use crate::scene::{AddressedLight, LightAddress, LightSample, SceneView, Surface, SurfacePoint};
+use crate::scene::{AddressedLight, LightAddress, SceneView, Surface, SurfacePoint};
 use crate::transport::{Passage, Vertex, follow};
 use glam::Vec3;
 
 soa! {
-    LightsAtAddresses = AddressedLight { sample: LightSample, extent: f32 }
-    LightAddresses = LightAddress { light: u32, u: u32, v: u32 }
     WeighedCandidates = Weighed { target: f32, weight: f32, shadow: Ray, within: u32, among: u32 }
     BsdfSamples = BsdfSample { direction: Vec3, weight: Vec3, pdf: f32, lobe: u32, lobe_pdf: f32, delta: bool }
     Scatterings = Scattering { sample: BsdfSample, goes_on: bool, ray: Ray, smooth: bool, rounds: u32 }
@@ -35,8 +34,9 @@ pub fn initial_row<const COMPILED: u32>(
     token: impl SimdToken,
 ) {
     let mut row = Row {
-        look: Look { scene, params, view: params.view() },
-        seen: Seen { looking: Lanes::ZERO, sees: Sees { ray: Lanes::ZERO, point: Lanes::ZERO } },
+        params,
+        look: Look { scene, view: params.view() },
+        seen: Seen { looking: Lanes::ZERO, sees: Sees::ZERO },
         scattering: Lanes::ZERO,
         simd: Simd { token, scattered: Lanes::ZERO, chosen: Chosen::NONE, weighed: Lanes::ZERO },
     };
@@ -48,6 +48,7 @@ pub fn initial_row<const COMPILED: u32>(
 
 /// The pixels of a row.
 struct Row<'a, R, const COMPILED: u32> {
+    params: &'a DiParams,
     look: Look<'a, COMPILED>,
     seen: Seen,
     scattering: Lanes<Scattering>,
@@ -62,7 +63,7 @@ impl<R: SimdToken, const COMPILED: u32> Row<'_, R, COMPILED> {
         (hits, [x, y]): (&[PackedHit], [u32; 2]),
         (reservoirs, direct): (&mut [PackedReservoir], &mut [FilmPixel]),
     ) {
-        let Look { scene, params, view } = self.look;
+        let (Look { scene, view }, params) = (self.look, self.params);
         let (token, seen, scattering) = (self.simd.token, &mut self.seen, &mut self.scattering);
         let mut sees = Lanes::ZERO;
         for (lane, hit) in hits.iter().map(|hit| hit.unpack()).enumerate().filter(|(_, hit)| hit.is_hit()) {
@@ -72,10 +73,12 @@ impl<R: SimdToken, const COMPILED: u32> Row<'_, R, COMPILED> {
         let mut scattered = [Scattered::NOTHING; LANES];
         if sees.bits() != 0 {
             token.run(&self.look, &seen.looking, &mut seen.sees);
-            token.run(&Scatter(&self.look), seen, scattering);
+            token.run(&Scatter { scene, params }, seen, scattering);
             scattered = find(scene, params, &sees, scattering);
             let addresses = Lanes::from_fn(|lane| scattered[lane].address);
-            token.run(&WeighScattered { look: &self.look, seen, scattering }, &addresses, &mut self.simd.scattered);
+            let mut lights = Lanes::ZERO;
+            token.run(&LookUp(scene), &addresses, &mut lights);
+            token.run(&WeighScattered { scene, params, seen, scattering }, &lights, &mut self.simd.scattered);
         }
         let parts = hits.iter().zip(reservoirs.iter_mut().zip(direct)).enumerate();
         for (lane, (&hit, (reservoir, direct))) in parts {
@@ -126,37 +129,11 @@ struct Seen {
     sees: Sees,
 }
 
-/// Rays, and the points that they meet.
-struct Sees {
-    ray: Lanes<Ray>,
-    point: Lanes<SurfacePoint>,
-}
-
-/// Looks at the points that pixels see.
-struct Look<'a, const COMPILED: u32> {
+/// Scatters at the points that pixels see.
+struct Scatter<'a, const COMPILED: u32> {
     scene: &'a SceneView<'a, COMPILED>,
     params: &'a DiParams,
-    view: View,
 }
-
-impl<const COMPILED: u32> LaneKernel for Look<'_, COMPILED> {
-    type In = Lanes<Looking>;
-    type Out = Sees;
-
-    #[inline(always)]
-    fn run(&self, looking: &Lanes<Looking>, seen: &mut Sees) {
-        let (scene, view) = (*self.scene, self.view);
-        for lane in 0..LANES {
-            let Looking { x, y, hit } = looking.get(lane);
-            let pixel = view.of_hit([x, y], hit);
-            seen.ray.set(lane, pixel.ray);
-            seen.point.set(lane, pixel.point(&scene));
-        }
-    }
-}
-
-/// Scatters at the points that pixels see.
-struct Scatter<'a, const COMPILED: u32>(&'a Look<'a, COMPILED>);
 
 impl<const COMPILED: u32> LaneKernel for Scatter<'_, COMPILED> {
     type In = Seen;
@@ -164,7 +141,7 @@ impl<const COMPILED: u32> LaneKernel for Scatter<'_, COMPILED> {
 
     #[inline(always)]
     fn run(&self, seen: &Seen, scattering: &mut Lanes<Scattering>) {
-        let (scene, params) = (*self.0.scene, *self.0.params);
+        let (scene, params) = (*self.scene, *self.params);
         for lane in 0..LANES {
             let Looking { x, y, hit } = seen.looking.get(lane);
             let pixel = Pixel { ray: seen.sees.ray.get(lane), hit };
@@ -176,26 +153,26 @@ impl<const COMPILED: u32> LaneKernel for Scatter<'_, COMPILED> {
 
 /// Weighs what scattering has found, in each lane for another pixel.
 struct WeighScattered<'a, const COMPILED: u32> {
-    look: &'a Look<'a, COMPILED>,
+    scene: &'a SceneView<'a, COMPILED>,
+    params: &'a DiParams,
     seen: &'a Seen,
     scattering: &'a Lanes<Scattering>,
 }
 
 impl<const COMPILED: u32> LaneKernel for WeighScattered<'_, COMPILED> {
-    type In = Lanes<LightAddress>;
+    type In = Lanes<AddressedLight>;
     type Out = Lanes<Weighed>;
 
     #[inline(always)]
-    fn run(&self, addresses: &Lanes<LightAddress>, weighed: &mut Lanes<Weighed>) {
-        let (scene, params) = (*self.look.scene, *self.look.params);
+    fn run(&self, lights: &Lanes<AddressedLight>, weighed: &mut Lanes<Weighed>) {
+        let (scene, params) = (*self.scene, *self.params);
         let flags = params.flags.in_use(&scene);
         let blends = scene.features() & FEATURE_BLEND != 0;
         for lane in 0..LANES {
             let Looking { x, y, .. } = self.seen.looking.get(lane);
             let vertex = Vertex::new(&self.seen.sees.point.get(lane), &self.seen.sees.ray.get(lane), scene.features());
             let stream = Stream::new(&params, flags, [x, y], blends, self.scattering.get(lane).rounds);
-            let (_, light) = with_light(&scene, addresses.get(lane));
-            weighed.set(lane, stream.weighed(&vertex, stream.drawn(), &light));
+            weighed.set(lane, stream.weighed(&vertex, stream.drawn(), &lights.get(lane)));
         }
     }
 }

@@ -11,6 +11,7 @@ mod evaluated;
 mod exchange;
 mod initial;
 mod primary;
+mod read;
 
 pub use combine::combine_row;
 pub use exchange::exchange_row;

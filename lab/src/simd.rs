@@ -1,0 +1,151 @@
+//! `cargo lab simd`: what each level of instructions gains, and whether all give the same bits.
+
+use std::fmt::Write;
+
+use clap::Args;
+use restir_host::buffers::SceneBuffers;
+use restir_host::exec::{CpuExecutor, Executor};
+use restir_host::render::Render;
+use restir_host::scene::{Scene, builtin};
+use restir_host::technique;
+use restir_host::wide_bvh::SimdLevel;
+
+use crate::Error;
+use crate::report::{judge, publish};
+use crate::time::thread_seconds;
+
+/// Options of `cargo lab simd`.
+#[derive(Args)]
+pub struct Options {
+    /// Scenes, as `restir render` takes them; without any the built-in ones and a mesh under a sky.
+    scenes: Vec<String>,
+    /// How often each render is measured.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    runs: u32,
+    /// Write docs/simd.md.
+    #[arg(long)]
+    write: bool,
+}
+
+const MESH: &str = "assets/dragon.gltf";
+const SIZE: [u32; 2] = [256, 192];
+/// Techniques with kernels that have a form by SIMD, and their numbers of samples or frames.
+const RENDERS: [(&str, u32); 2] = [("path", 16), ("restir-di", 4)];
+
+/// A way to run kernels.
+struct Way {
+    name: String,
+    level: SimdLevel,
+    has_lanes: bool,
+}
+
+/// Measures by the time of one thread, all ways in turns, and prints the table.
+///
+/// # Errors
+/// [`Error::Host`] for scenes that cannot be rendered, [`Error::Failed`] if the bits of levels differ.
+pub fn run(options: &Options) -> Result<(), Error> {
+    let built_in = builtin::NAMES.iter().map(|(name, _)| (*name).to_owned()).chain([MESH.to_owned()]);
+    let scenes: Vec<String> = if options.scenes.is_empty() { built_in.collect() } else { options.scenes.clone() };
+    let ways = ways();
+    let (mut rows, mut different, mut slower) = (String::new(), Vec::new(), Vec::new());
+    for name in &scenes {
+        let scene = SceneBuffers::build(&Scene::load(name)?)?;
+        for (technique, count) in RENDERS {
+            let render = Render { count, ..Render::new(SIZE, technique::named(technique)?) };
+            let what = format!("{name}, {technique}");
+            let measured = measured(&scene, &render, &ways, options.runs)?;
+            if !measured.same_bits {
+                different.push(what.clone());
+            }
+            slower.extend(measured.slower(&ways).map(|way| format!("{what}: {way}")));
+            rows += &measured.row(name, technique);
+        }
+    }
+    publish("simd", &report(&ways, &rows, &slower, options.runs), options.write)?;
+    judge("levels give other bits", different)
+}
+
+/// Without lanes and with them, at each level that the processor has.
+fn ways() -> Vec<Way> {
+    let of_level = |level: SimdLevel| {
+        let way = |has_lanes, name| Way { name, level, has_lanes };
+        let lanes = (level != SimdLevel::Portable).then(|| way(true, format!("{level:?}")));
+        [Some(way(false, format!("{level:?}, pixel by pixel"))), lanes]
+    };
+    SimdLevel::available().into_iter().flat_map(of_level).flatten().collect()
+}
+
+/// Seconds of each way, sorted.
+struct Measured {
+    seconds: Vec<Vec<f64>>,
+    same_bits: bool,
+}
+
+fn measured(scene: &SceneBuffers, render: &Render, ways: &[Way], runs: u32) -> Result<Measured, Error> {
+    let mut films = Vec::new();
+    let mut seconds = vec![Vec::new(); ways.len()];
+    // the first run builds the tree, and is not measured
+    for run in 0..=runs {
+        for (way, seconds) in ways.iter().zip(&mut seconds) {
+            let cpu = CpuExecutor::inline().with_level(way.level);
+            let mut cpu = if way.has_lanes { cpu } else { cpu.without_lanes() };
+            let begun = thread_seconds();
+            let film = cpu.run(render.plan(scene))?;
+            if run == 0 {
+                films.push(film);
+            } else {
+                seconds.push(thread_seconds() - begun);
+            }
+        }
+    }
+    seconds.iter_mut().for_each(|seconds| seconds.sort_by(f64::total_cmp));
+    Ok(Measured { seconds, same_bits: films.windows(2).all(|films| films[0] == films[1]) })
+}
+
+impl Measured {
+    fn median(&self, way: usize) -> f64 {
+        self.seconds[way][self.seconds[way].len() / 2]
+    }
+
+    /// Ways with lanes whose fastest run takes longer than the slowest without, at the same level.
+    fn slower<'a>(&'a self, ways: &'a [Way]) -> impl Iterator<Item = String> + 'a {
+        let lanes = ways.iter().enumerate().filter(|(_, way)| way.has_lanes);
+        lanes.filter_map(|(at, way)| {
+            let (fastest, slowest) = (self.seconds[at].first()?, self.seconds[at - 1].last()?);
+            (fastest > slowest).then(|| format!("{} {:.2}", way.name, self.median(at) / self.median(at - 1)))
+        })
+    }
+
+    fn row(&self, scene: &str, technique: &str) -> String {
+        let first = self.median(0);
+        let mut row = format!("| `{scene}` | `{technique}` | {first:.3} |");
+        for way in 1..self.seconds.len() {
+            let _ = write!(row, " {:.2} |", self.median(way) / first);
+        }
+        row + "\n"
+    }
+}
+
+fn report(ways: &[Way], rows: &str, slower: &[String], runs: u32) -> String {
+    let names: Vec<&str> = ways.iter().skip(1).map(|way| way.name.as_str()).collect();
+    let slower = if slower.is_empty() {
+        "In no row lanes take longer than pixel by pixel at the same level: the fastest run with them and the slowest without overlap.".to_owned()
+    } else {
+        format!("Lanes take longer than pixel by pixel, in every run: {}.", slower.join("; "))
+    };
+    format!(
+        "# What SIMD gains\n\nTimes of rendering by the instructions that a processor has, over those without any: smaller is better. All levels give the same \
+         bits, which the command compares. \"Pixel by pixel\" uses the instructions to trace rays alone; without these words path tracing runs \
+         sixteen paths in SIMD lanes, and ReSTIR DI sixteen pixels or candidates.\n\n\
+         Made by `cargo lab simd --write` (5 min): {} x {} pixels, {} samples or {} frames, time of one thread, medians of {runs} runs in \
+         turns; trees and variants of kernels are ready before.\n\n{slower}\n\n\
+         | scene | technique | seconds, {} | {} |\n|---|---|---:|{}\n{rows}",
+        SIZE[0],
+        SIZE[1],
+        RENDERS[0].1,
+        RENDERS[1].1,
+        ways.first().map_or("", |way| way.name.as_str()),
+        names.join(" | "),
+        "---:|".repeat(names.len())
+    )
+}
