@@ -20,7 +20,7 @@ pub struct Options {
     /// Scenes, as `restir render` takes them; without any the built-in ones and a mesh under a sky.
     scenes: Vec<String>,
     /// How often each render is measured.
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
     /// Write docs/simd.md.
     #[arg(long)]
@@ -28,7 +28,7 @@ pub struct Options {
 }
 
 const MESH: &str = "assets/dragon.gltf";
-const SIZE: [u32; 2] = [256, 192];
+const SIZE: [u32; 2] = [128, 96];
 /// Techniques with kernels that have a form by SIMD, and their numbers of samples or frames.
 const RENDERS: [(&str, u32); 2] = [("path", 16), ("restir-di", 4)];
 

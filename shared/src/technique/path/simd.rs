@@ -224,8 +224,11 @@ impl<T: SimdToken, const COMPILED: u32> LaneKernel for Scatter<'_, T, COMPILED> 
             let hit = arrived.hit.get(lane);
             let point = if Self::LOCATED { located.point.get(lane) } else { scene.surface(&walk.ray, &hit) };
             walk.throughput = through_interior(walk.throughput, &point, &walk.ray, hit.t, features);
-            let density = || if Self::LOCATED { located.density.get(lane) } else { scene.light_density(&hit) };
-            walk.arrive(&hit, &point, density, &mut sum);
+            if max_component(point.emission) > 0.0 {
+                let density = if Self::LOCATED { located.density.get(lane) } else { scene.light_density(&hit) };
+                walk.find_emission(density, hit.t, &point, &mut sum);
+            }
+            walk.depth += 1;
             let counts = arrived.any.get(lane) & (walk.depth < params.max_depth);
             let goes_on = counts & (max_component(walk.throughput) > 0.0);
             let vertex = Vertex::new(&point, &walk.ray, features);

@@ -239,7 +239,7 @@ impl Walk {
                 let hit = receiver.place(scene, &self, hit);
                 let point = scene.surface(&self.ray, &hit);
                 self.throughput = through_interior(self.throughput, &point, &self.ray, hit.t, scene.features());
-                self.arrive(&hit, &point, || scene.light_density(&hit), receiver);
+                self.arrive(scene, &hit, &point, receiver);
                 alive = self.depth < max_depth && max_component(self.throughput) > 0.0;
                 if alive {
                     alive = self.scatter(scene, rng, &point, roulette, receiver);
@@ -267,21 +267,33 @@ impl Walk {
         }
     }
 
-    /// The segment ends on a surface; `density` is that of light samples there, see [`Lights::light_density`].
+    /// The segment ends on a surface.
     #[inline(always)]
-    pub(super) fn arrive<M: Scattering, R: Receiver<M>>(
+    pub(super) fn arrive<S: Surface + Lights, R: Receiver<S::Material>>(
         &mut self,
+        scene: &S,
         hit: &Hit,
-        point: &SurfacePoint<M>,
-        density: impl FnOnce() -> f32,
+        point: &SurfacePoint<S::Material>,
         receiver: &mut R,
     ) {
         receiver.arrive(self, hit, point);
         if max_component(point.emission) > 0.0 {
-            let weight = emission_weight(density(), point, &self.ray, hit.t, self.chosen);
-            receiver.emission(point.emission, weight, self.throughput * point.emission * weight);
+            self.find_emission(scene.light_density(hit), hit.t, point, receiver);
         }
         self.depth += 1;
+    }
+
+    /// The segment of length `t` ends on a surface that emits, where `density` is that of light samples.
+    #[inline(always)]
+    pub(super) fn find_emission<M: Scattering, R: Receiver<M>>(
+        &self,
+        density: f32,
+        t: f32,
+        point: &SurfacePoint<M>,
+        receiver: &mut R,
+    ) {
+        let weight = emission_weight(density, point, &self.ray, t, self.chosen);
+        receiver.emission(point.emission, weight, self.throughput * point.emission * weight);
     }
 
     /// Samples a light, then the next direction; whether there is one. The ray to the light is traced last: nothing of the vertex has to be

@@ -199,7 +199,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
             point
         };
         self.dim(scene.features(), &point, hit);
-        self.walk.arrive(hit, &point, || scene.light_density(hit), &mut self.found);
+        self.walk.arrive(scene, hit, &point, &mut self.found);
         self.walk.depth += if later { 1 } else { 0 };
         // what goes on from a profile may be worth less than nothing, in all channels
         self.alive = (self.walk.depth < params.path.max_depth) & (max_abs(self.walk.throughput) > 0.0);

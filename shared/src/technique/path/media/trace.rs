@@ -348,7 +348,7 @@ impl Walker {
             let part = num::div(hit.t, far);
             self.walk.chosen.pdf *= part * part;
         }
-        self.walk.arrive(hit, &point, || scene.light_density(hit), found);
+        self.walk.arrive(scene, hit, &point, found);
         let boundary = own & !front;
         // the last segment may be a walk, which goes on after reflections from inside
         let last = self.walk.depth >= params.path.max_depth;
