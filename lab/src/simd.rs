@@ -32,6 +32,9 @@ const SIZE: [u32; 2] = [128, 96];
 /// Techniques with kernels that have a form by SIMD, and their numbers of samples or frames.
 const RENDERS: [(&str, u32); 2] = [("path", 16), ("restir-di", 4)];
 
+/// Seconds in which the time of a thread is counted.
+const CLOCK: f64 = 0.004;
+
 /// A way to run kernels.
 struct Way {
     name: String,
@@ -107,12 +110,12 @@ impl Measured {
         self.seconds[way][self.seconds[way].len() / 2]
     }
 
-    /// Ways with lanes whose fastest run takes longer than the slowest without, at the same level.
+    /// Ways with lanes whose fastest run takes longer than the slowest without, at the same level, by more than the clock's steps.
     fn slower<'a>(&'a self, ways: &'a [Way]) -> impl Iterator<Item = String> + 'a {
         let lanes = ways.iter().enumerate().filter(|(_, way)| way.has_lanes);
         lanes.filter_map(|(at, way)| {
             let (fastest, slowest) = (self.seconds[at].first()?, self.seconds[at - 1].last()?);
-            (fastest > slowest).then(|| format!("{} {:.2}", way.name, self.median(at) / self.median(at - 1)))
+            (*fastest > slowest + CLOCK).then(|| format!("{} {:.2}", way.name, self.median(at) / self.median(at - 1)))
         })
     }
 

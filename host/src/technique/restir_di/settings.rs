@@ -169,7 +169,7 @@ settings! {
         jitter: bool = false;
         /// With jitter, camera rays a pixel and frame of which the image has the mean of what they see directly, lamps and
         /// background. One is the ray of the frame itself; more, which trace nothing else, smooth the edges of what is bright. On
-        /// processors with AVX-512 a scene without an environment has them only where lamps may be seen.
+        /// processors with AVX2 a scene without an environment has them only where lamps may be seen.
         seen_rays: u32 = 1, in 1..=MAX_SEEN_RAYS, unit "rays";
         /// How the samples of a pixel are spread: over candidates and frames.
         sampler: Sampler = Sampler::Sobol;

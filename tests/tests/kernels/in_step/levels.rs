@@ -4,7 +4,7 @@ use libtest_mimic::Failed;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Render;
 use restir_host::technique;
-use restir_host::wide_bvh::SimdLevel;
+use restir_kernels::{Avx2, Avx512, SimdLevel};
 use restir_tests::scenes::buffers;
 use restir_tests::suite::ensure;
 
@@ -31,14 +31,19 @@ pub(super) fn same_films(name: &str) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Levels are in order, and an executor takes none that the processor lacks.
+/// Levels are in order, those that the processor lacks stand for lower ones, and each has its own token.
 pub(super) fn in_order() -> Result<(), Failed> {
     let levels = SimdLevel::available();
     ensure(levels.is_sorted() && levels.first() == Some(&SimdLevel::Portable), || format!("{levels:?}"))?;
     ensure(levels.last() == Some(&SimdLevel::best()), || format!("{:?} of {levels:?}", SimdLevel::best()))?;
-    let missing = [SimdLevel::Avx2, SimdLevel::Avx512].into_iter().filter(|level| !levels.contains(level));
-    for level in missing {
+    for level in [SimdLevel::Avx2, SimdLevel::Avx512].into_iter().filter(|level| !levels.contains(level)) {
         ensure(level.or_below() == SimdLevel::best(), || format!("{level:?} stands for {:?}", level.or_below()))?;
     }
-    ensure(levels.iter().all(|&level| level.or_below() == level), || format!("{levels:?}"))
+    for level in levels {
+        ensure(level.or_below() == level, || format!("{level:?} stands for {:?}", level.or_below()))?;
+        let tokens = [Avx2::at(level).is_some(), Avx512::at(level).is_some()];
+        let expected = [SimdLevel::Avx2, SimdLevel::Avx512].map(|own| own == level);
+        ensure(tokens == expected, || format!("{level:?} has the tokens {tokens:?}"))?;
+    }
+    Ok(())
 }
