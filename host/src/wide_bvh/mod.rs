@@ -97,7 +97,7 @@ impl WideBvh {
     }
 
     /// All triangles, where it takes less time to test them than to trace the rays in `of` one by one: with the widest registers, for with
-    /// those of AVX2 it takes twice as long.
+    /// those of AVX2 the tree is faster.
     #[inline(always)]
     fn brute_force(&self, of: &Lanes<bool>) -> Option<(&BruteForce, Avx512)> {
         let few = self.brute_force.as_ref().filter(|all| all.pays(of))?;
