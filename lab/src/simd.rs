@@ -11,6 +11,7 @@ use restir_host::technique;
 use restir_host::wide_bvh::SimdLevel;
 
 use crate::Error;
+use crate::origin::{commit, machine};
 use crate::report::{judge, publish};
 use crate::time::thread_seconds;
 
@@ -32,7 +33,7 @@ const SIZE: [u32; 2] = [128, 96];
 /// Techniques with kernels that have a form by SIMD, and their numbers of samples or frames.
 const RENDERS: [(&str, u32); 2] = [("path", 16), ("restir-di", 4)];
 
-/// Seconds in which the time of a thread is counted.
+/// The step of the thread's clock, in seconds.
 const CLOCK: f64 = 0.004;
 
 /// A way to run kernels.
@@ -60,12 +61,12 @@ pub fn run(options: &Options) -> Result<(), Error> {
             if !measured.same_bits {
                 different.push(what.clone());
             }
-            slower.extend(measured.slower(&ways).map(|way| format!("{what}: {way}")));
+            slower.extend(measured.slower(&ways).map(|way| format!("`{name}` by `{technique}` {way}")));
             rows += &measured.row(name, technique);
         }
     }
-    publish("simd", &report(&ways, &rows, &slower, options.runs), options.write)?;
-    judge("levels give other bits", different)
+    judge("levels give other bits", different)?;
+    publish("simd", &report(&ways, &rows, &slower, options.runs), options.write)
 }
 
 /// Without lanes and with them, at each level that the processor has.
@@ -110,12 +111,12 @@ impl Measured {
         self.seconds[way][self.seconds[way].len() / 2]
     }
 
-    /// Ways with lanes whose fastest run takes longer than the slowest without, at the same level, by more than the clock's steps.
+    /// Ways with lanes that take longer than without, at the same level, by the medians and by more than the clock's step.
     fn slower<'a>(&'a self, ways: &'a [Way]) -> impl Iterator<Item = String> + 'a {
         let lanes = ways.iter().enumerate().filter(|(_, way)| way.has_lanes);
         lanes.filter_map(|(at, way)| {
-            let (fastest, slowest) = (self.seconds[at].first()?, self.seconds[at - 1].last()?);
-            (*fastest > slowest + CLOCK).then(|| format!("{} {:.2}", way.name, self.median(at) / self.median(at - 1)))
+            let (with, without) = (self.median(at), self.median(at - 1));
+            (with > without + CLOCK).then(|| format!("at {} ({:.2})", way.name, with / without))
         })
     }
 
@@ -130,25 +131,25 @@ impl Measured {
 }
 
 fn report(ways: &[Way], rows: &str, slower: &[String], runs: u32) -> String {
-    let names: Vec<&str> = ways.iter().skip(1).map(|way| way.name.as_str()).collect();
+    let mut head = vec![format!("seconds, {}", ways.first().map_or("", |way| way.name.as_str()))];
+    head.extend(ways.iter().skip(1).map(|way| way.name.clone()));
     let slower = if slower.is_empty() {
-        "In no row lanes take longer than pixel by pixel at the same level: the fastest run with them and the slowest without overlap.".to_owned()
+        "In no row lanes take longer than pixel by pixel at the same level.".to_owned()
     } else {
-        format!("Lanes take longer than pixel by pixel, in every run: {}.", slower.join("; "))
+        format!("Lanes take longer than pixel by pixel at the same level in {}.", slower.join(", "))
     };
+    let ([width, height], [(_, samples), (_, frames)]) = (SIZE, RENDERS);
     format!(
-        "# What SIMD gains\n\nTimes of rendering by the instructions that a processor has, over those without any: smaller is better. All levels give the same \
-         bits, which the command compares. \"Pixel by pixel\" uses the instructions to trace rays alone; without these words path tracing runs \
-         sixteen paths in SIMD lanes, and ReSTIR DI sixteen pixels or candidates.\n\n\
-         Made by `cargo lab simd --write` (5 min): {} x {} pixels, {} samples or {} frames, time of one thread, medians of {runs} runs in \
-         turns; trees and variants of kernels are ready before.\n\n{slower}\n\n\
-         | scene | technique | seconds, {} | {} |\n|---|---|---:|{}\n{rows}",
-        SIZE[0],
-        SIZE[1],
-        RENDERS[0].1,
-        RENDERS[1].1,
-        ways.first().map_or("", |way| way.name.as_str()),
-        names.join(" | "),
-        "---:|".repeat(names.len())
+        "# What SIMD gains\n\nTimes of rendering by the instructions of a level, over those with the instructions that every processor of its kind has: smaller is better. \
+         All levels give the same bits, which the command compares. \"Pixel by pixel\" uses a level's instructions to trace rays alone; without these words path tracing runs \
+         sixteen paths in SIMD lanes, and ReSTIR DI sixteen pixels or candidates. Light inside of bodies has kernels without lanes: by `path` they gain nothing on `candles`, `cube` and `slab`.\n\n\
+         Made by `cargo lab simd --write` (5 min) of {commit} on {machine}: {width} x {height} pixels, {samples} samples or {frames} frames, time of one thread \
+         in steps of {step} s, medians of {runs} runs in turns.\n\n{slower}\n\n\
+         | scene | technique | {head} |\n|---|---|{columns}\n{rows}",
+        commit = commit(),
+        machine = machine(),
+        step = CLOCK,
+        columns = "---:|".repeat(head.len()),
+        head = head.join(" | "),
     )
 }

@@ -15,21 +15,25 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct CpuExecutor {
     pool: Option<rayon::ThreadPool>,
-    levels: Levels,
+    instructions: Instructions,
 }
 
-/// The instructions that are used.
+/// The instructions that are used: to trace rays, and by kernels that have a form for lanes, if they may run so.
 #[derive(Clone, Copy, Debug)]
-struct Levels {
-    /// To trace rays.
-    rays: SimdLevel,
-    /// By kernels that have a form for lanes.
-    lanes: SimdLevel,
+struct Instructions {
+    level: SimdLevel,
+    has_lanes: bool,
 }
 
-impl Levels {
-    fn all(level: SimdLevel) -> Self {
-        Self { rays: level, lanes: level }
+impl Instructions {
+    /// All that the processor has.
+    fn best() -> Self {
+        Self { level: SimdLevel::best(), has_lanes: true }
+    }
+
+    /// The level at which kernels run.
+    fn of_kernels(self) -> SimdLevel {
+        if self.has_lanes { self.level } else { SimdLevel::Portable }
     }
 }
 
@@ -54,20 +58,20 @@ impl CpuExecutor {
 
     /// An executor without threads of its own, for renders that are themselves run in parallel.
     pub fn inline() -> Self {
-        Self { pool: None, levels: Levels::all(SimdLevel::best()) }
+        Self { pool: None, instructions: Instructions::best() }
     }
 
     /// With the instructions of a level, or of the best below it that this processor has. The bits are the same.
     #[must_use]
     pub fn with_level(self, level: SimdLevel) -> Self {
-        Self { levels: Levels::all(level.or_below()), ..self }
+        Self { instructions: Instructions { level: level.or_below(), ..self.instructions }, ..self }
     }
 
     /// With kernels that go pixel by pixel, whatever the processor has; rays are traced as before. The bits are the same: it shows what
     /// lanes gain.
     #[must_use]
     pub fn without_lanes(self) -> Self {
-        Self { levels: Levels { lanes: SimdLevel::Portable, ..self.levels }, ..self }
+        Self { instructions: Instructions { has_lanes: false, ..self.instructions }, ..self }
     }
 
     /// Runs a pass that fits the buffers and its kernel, over `frames` if there are any. It may begin a frame, and leaves its scenes
@@ -79,7 +83,7 @@ impl CpuExecutor {
         course: &mut Course,
         frames: Option<&(dyn AnyFrames + Sync)>,
     ) {
-        course.run_pass(pass, buffers, self.levels, &|dispatch, rows| self.all(dispatch, rows, frames));
+        course.run_pass(pass, buffers, self.instructions, &|dispatch, rows| self.all(dispatch, rows, frames));
     }
 
     fn all(&self, dispatch: &Dispatch<'_>, rows: Rows<'_>, frames: Option<&(dyn AnyFrames + Sync)>) {
@@ -110,7 +114,7 @@ impl CpuExecutor {
     ) -> Result<Vec<Vec<u32>>, Error> {
         let checked = |pass: Result<Pass, Error>| pass.and_then(|pass| check_probes(&pass, frames).map(|()| pass));
         let plan = FramePlan { passes: Box::new(plan.passes.map(checked)), ..plan };
-        run(plan, observe, Levels::all(SimdLevel::best()), &|dispatch, rows| {
+        run(plan, observe, Instructions::best(), &|dispatch, rows| {
             (0..).zip(rows).for_each(|(y, own)| dispatch.row(y, own, Some(frames)));
         })
     }
@@ -173,7 +177,7 @@ type AllRows<'a> = dyn Fn(&Dispatch<'_>, Rows<'_>) + 'a;
 fn run(
     plan: FramePlan<'_>,
     observe: &mut Observer<'_>,
-    levels: Levels,
+    instructions: Instructions,
     all: &AllRows<'_>,
 ) -> Result<Vec<Vec<u32>>, Error> {
     // shared with the plan until a pass writes them
@@ -182,7 +186,7 @@ fn run(
     for (done, pass) in (1..).zip(plan.passes) {
         let pass = pass?;
         pass.check(&plan.buffers)?;
-        course.run_pass(&pass, &mut buffers, levels, all);
+        course.run_pass(&pass, &mut buffers, instructions, all);
         let progress = Progress { done, total: plan.pass_count };
         observe(&Step::new(progress, &pass, &|id| Ok(buffers[id].to_vec())))?;
     }
@@ -196,7 +200,7 @@ impl Course {
     }
 
     /// Runs a pass over the scenes of this frame and of the other one, if it has work.
-    fn run_pass(&mut self, pass: &Pass, buffers: &mut [Arc<[u32]>], levels: Levels, all: &AllRows<'_>) {
+    fn run_pass(&mut self, pass: &Pass, buffers: &mut [Arc<[u32]>], instructions: Instructions, all: &AllRows<'_>) {
         if let Some(frame) = &pass.frame {
             for Upload { buffer, first, words } in &frame.uploads {
                 Arc::make_mut(&mut buffers[*buffer])[*first..][..words.len()].copy_from_slice(words);
@@ -205,9 +209,9 @@ impl Course {
             self.scenes = frame.scenes.clone().map_or([None, None], |scenes| scenes.map(Some));
         }
         if pass.waiting.is_none_or(|waiting| self.has_work(pass, waiting, buffers)) {
-            let tree =
-                |scene: &Option<Arc<SceneBuffers>>| Some(scene.as_ref()?.tracer().clone().with_level(levels.rays));
-            dispatch(pass, buffers, &self.scenes.each_ref().map(tree), levels.lanes, all);
+            let level = instructions.level;
+            let tree = |scene: &Option<Arc<SceneBuffers>>| Some(scene.as_ref()?.tracer().clone().with_level(level));
+            dispatch(pass, buffers, &self.scenes.each_ref().map(tree), instructions.of_kernels(), all);
             for (_, id) in pass.bindings().filter(|(binding, _)| binding.access == Access::Own) {
                 self.at_rest.remove(&id);
             }
@@ -261,7 +265,7 @@ impl Executor for CpuExecutor {
     }
 
     fn run_observed(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
-        run(plan, observe, self.levels, &|dispatch, rows| self.all(dispatch, rows, None))
+        run(plan, observe, self.instructions, &|dispatch, rows| self.all(dispatch, rows, None))
     }
 }
 

@@ -63,6 +63,8 @@ pub struct WideBvh {
     /// All triangles, where they are few and none is marked.
     brute_force: Option<Arc<BruteForce>>,
     level: SimdLevel,
+    /// Where the level is that of the widest registers.
+    widest: Option<Avx512>,
 }
 
 impl WideBvh {
@@ -86,13 +88,15 @@ impl WideBvh {
     fn of(scene: &SceneView<'_>, binary: &Bvh) -> Self {
         let tree = collapse::collapse(scene, binary);
         let few = if tree.partial { None } else { BruteForce::new(&tree.leaves, tree.bounds) };
-        Self { tree: Arc::new(tree), brute_force: few.map(Arc::new), level: SimdLevel::best() }
+        let level = SimdLevel::best();
+        Self { tree: Arc::new(tree), brute_force: few.map(Arc::new), level, widest: Avx512::at(level) }
     }
 
     /// The same tree, traversed at a level, or at the best below it that this processor has.
     #[must_use]
     pub fn with_level(mut self, level: SimdLevel) -> Self {
         self.level = level.or_below();
+        self.widest = Avx512::at(self.level);
         self
     }
 
@@ -100,8 +104,8 @@ impl WideBvh {
     /// those of AVX2 the tree is faster.
     #[inline(always)]
     fn brute_force(&self, of: &Lanes<bool>) -> Option<(&BruteForce, Avx512)> {
-        let few = self.brute_force.as_ref().filter(|all| all.pays(of))?;
-        Some((few, Avx512::at(self.level)?))
+        let token = self.widest?;
+        Some((self.brute_force.as_ref().filter(|all| all.pays(of))?, token))
     }
 }
 

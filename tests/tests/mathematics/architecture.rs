@@ -28,7 +28,7 @@ const CRATES: [(&str, &str); 6] = [
 
 /// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, the reports and figures
 /// of papers, and what tells which bits of a plane's words are a number.
-const MAY_NAME: [&str; 15] = [
+const MAY_NAME: [&str; 16] = [
     "shared/src/technique",
     "host/src/technique",
     "tests/src/technique",
@@ -43,6 +43,7 @@ const MAY_NAME: [&str; 15] = [
     "lab/src/reuse",
     "lab/src/reuse/limits",
     "lab/src/shifts",
+    "lab/src/simd",
     "lab/src/visibility",
 ];
 /// Techniques of which one shares the other's records and kernels, and so names it.

@@ -2,9 +2,11 @@
 
 use libtest_mimic::Failed;
 use restir_host::exec::{CpuExecutor, Executor};
+use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::Render;
 use restir_host::technique;
-use restir_kernels::{Avx2, Avx512, SimdLevel};
+use restir_kernels::path::path;
+use restir_kernels::{Access, Avx2, Avx512, KernelDesc, NativeRow, SimdLevel};
 use restir_tests::scenes::buffers;
 use restir_tests::suite::ensure;
 
@@ -20,12 +22,51 @@ pub(super) fn same_films(name: &str) -> Result<(), Failed> {
         let render = Render { count: 3, ..Render::new(SIZE, technique::named(technique)?) };
         let film = |level| CpuExecutor::inline().with_level(level).run(render.plan(&scene));
         let portable = film(SimdLevel::Portable)?;
-        for level in SimdLevel::available() {
+        for level in SimdLevel::available().into_iter().filter(|&level| level != SimdLevel::Portable) {
             ensure(film(level)? == portable, || format!("{technique} of {name} has other bits at {level:?}"))?;
             let by_pixel = CpuExecutor::inline().with_level(level).without_lanes().run(render.plan(&scene))?;
             ensure(by_pixel == portable, || {
                 format!("{technique} of {name} has other bits at {level:?}, pixel by pixel")
             })?;
+        }
+    }
+    Ok(())
+}
+
+/// Stands for the kernel `path`: it writes down the level of its rows.
+fn write_level(row: &mut NativeRow<'_>) {
+    let level = row.lanes as u32;
+    row.own.iter_mut().for_each(|own| own.fill(level));
+}
+static LEVEL: KernelDesc = KernelDesc { native: write_level, ..path::DESC };
+
+/// Rows are given the level that an executor was asked for, in whichever order, or without lanes the portable one.
+pub(super) fn as_asked() -> Result<(), Failed> {
+    let scene = buffers("cornell")?;
+    let render = Render { count: 1, ..Render::new([4, 4], technique::named("path")?) };
+    let told = |mut cpu: CpuExecutor| {
+        let plan = render.plan(&scene);
+        let stands = |pass: Pass| if pass.kernel.name == LEVEL.name { Pass { kernel: &LEVEL, ..pass } } else { pass };
+        let mut seen = Vec::new();
+        let plan = FramePlan { passes: Box::new(plan.passes.map(|pass| pass.map(stands))), ..plan };
+        cpu.run_observed(plan, &mut |step| {
+            let own = step.pass.bindings().filter(|(binding, _)| binding.access == Access::Own);
+            for (_, buffer) in own.filter(|_| step.pass.kernel.name == LEVEL.name) {
+                seen.extend(step.read(buffer)?);
+            }
+            Ok(())
+        })?;
+        Ok::<_, Failed>(seen)
+    };
+    for level in SimdLevel::available() {
+        for (cpu, expected) in [
+            (CpuExecutor::inline().with_level(level), level),
+            (CpuExecutor::inline().with_level(level).without_lanes(), SimdLevel::Portable),
+            (CpuExecutor::inline().without_lanes().with_level(level), SimdLevel::Portable),
+        ] {
+            let told = told(cpu)?;
+            let right = !told.is_empty() && told.iter().all(|&told| told == expected as u32);
+            ensure(right, || format!("rows are told {told:?} and not {expected:?}"))?;
         }
     }
     Ok(())

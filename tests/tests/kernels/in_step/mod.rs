@@ -36,6 +36,7 @@ pub(crate) fn trials() -> Vec<Trial> {
     trials.push(Trial::test("other passes are seen", passes::others_are_seen));
     trials.extend(names().map(|name| Trial::test(format!("levels of {name}"), move || levels::same_films(name))));
     trials.push(Trial::test("levels are in order", levels::in_order));
+    trials.push(Trial::test("levels are as asked", levels::as_asked));
     trials
 }
 
@@ -51,7 +52,7 @@ impl<const GATHERS: bool> SimdToken for Any<GATHERS> {
     }
 }
 
-/// How many words are others by stages in either arrangement, which is as many.
+/// The number of words that differ, which must be equal in both arrangements of stages.
 macro_rules! by_either {
     ($token:ident => $words:expr) => {{
         let gathering = {
