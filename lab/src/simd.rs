@@ -143,7 +143,7 @@ fn report(ways: &[Way], rows: &str, slower: &[String], runs: u32) -> String {
         "# What SIMD gains\n\nTimes of rendering by the instructions of a level, over those with the instructions that every processor of its kind has: smaller is better. \
          All levels give the same bits, which the command compares. \"Pixel by pixel\" uses a level's instructions to trace rays alone; without these words path tracing runs \
          sixteen paths in SIMD lanes, and ReSTIR DI sixteen pixels or candidates. Light inside of bodies has kernels without lanes: by `path` they gain nothing on `candles`, `cube` and `slab`.\n\n\
-         Made by `cargo lab simd --write` (5 min) of {commit} on {machine}: {width} x {height} pixels, {samples} samples or {frames} frames, time of one thread \
+         Made by `cargo lab simd --write` (3 min) of {commit} on {machine}: {width} x {height} pixels, {samples} samples or {frames} frames, time of one thread \
          in steps of {step} s, medians of {runs} runs in turns.\n\n{slower}\n\n\
          | scene | technique | {head} |\n|---|---|{columns}\n{rows}",
         commit = commit(),
